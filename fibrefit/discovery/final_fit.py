@@ -22,10 +22,11 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import is_far
 from fibrefit.discovery.search.time_budget import FITTED_AGAIN, slowdown
 from fibrefit.fitting.checks import COMPLETION
-from fibrefit.fitting.identify import How, identify
+from fibrefit.fitting.evaluated import How
+from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
-from fibrefit.fitting.search.each_by_itself import lost_beside
 from fibrefit.fitting.search.optimum import Ended
+from fibrefit.fitting.search.rescue import lost_beside
 
 
 def fit_of_found(

@@ -2,80 +2,117 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import numpy as np
 
-from fibrefit.fitting.identifiability import Weakness, force_alone
-from fibrefit.fitting.misfit.lone_samples import LoneSamples
+from fibrefit.fitting.checks import BOUNDS, CHECKS
+from fibrefit.fitting.evaluated import EvaluatedEstimate
+from fibrefit.fitting.residuals import LoneSamples, lone_samples
+from fibrefit.fitting.result import Advice
 from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import SensorLaw, StudyLaw
 from fibrefit.problem.statement.layout import RAN_AWAY, assembled
 from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.study.summaries.check import OTHERWISE, Check
+from fibrefit.rigs.rig import STANDARD_GRAVITY
+from fibrefit.study.summaries.check import OTHERWISE, SIZE, Check
 
-SIGNS_OF_LACK = frozenset({"residual_size", "residual_spectrum", "residual_phase", "residual_state", "loudest_record"})
-"""Identifiers of the checks that fail where the model lacks something."""
+PER_MASS = {"stiffness": "1/s^2", "damping": "1/s"}
+"""Parameters that force determines per mass, and the unit of that."""
 
 
-class Advice(NamedTuple):
-    """What to do next; `fibrefit.report.sentences` says it.
+class ForceAlone(NamedTuple):
+    """What force alone determines.
 
     Parameters
     ----------
-    identifier : str
-        ``"lone_samples"``, ``"slack_zero"``, ``"correct"``, ``"widen"``, ``"search"``, ``"rest"``, ``"way_back"``,
-        ``"force_alone"``, ``"another_test"`` or ``"further_record"``.
-    facts : mapping of str to object
-        What a sentence needs besides.
+    per_mass : tuple of (str, float, str, float)
+        Name, value over mass, its unit, and its relative standard error.
+    load : float in N
+        At rest.
     """
 
-    identifier: str
-    facts: Mapping[str, Any] = MappingProxyType({})
+    per_mass: tuple[tuple[str, float, str, float], ...]
+    load: float
 
 
-def advice(
-    problem: Problem,
-    values: np.ndarray,
-    normal: np.ndarray,
-    covariance: np.ndarray,
-    weak: tuple[Weakness, ...],
-    checks: tuple[Check, ...],
-) -> tuple[Advice, ...]:
-    """What to do next, the most useful first.
+def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) -> ForceAlone | None:
+    """Values per mass with their errors, and the load at rest; None for other records, or masses that differ.
 
     Parameters
     ----------
     values : (n_free,) in SI units
-    normal, covariance : (n_free, n_free)
+    covariance : (n_free, n_free)
     """
+    layout, conditions = problem.layout, problem.observations.experiment.conditions
+    places = {slot.name: i for i, (slot, record) in enumerate(layout.entries) if record is None}
+    if problem.model.rig.channels != ("force",) or not set(PER_MASS) <= set(places):
+        return None
+    masses = np.unique(np.asarray(conditions["weight_mass"]) + np.asarray(conditions["added_mass"]))
+    slopes = np.unique(np.sin(np.asarray(conditions["inclination"])))
+    if len(masses) > 1 or len(slopes) > 1:
+        return None
+    found = places.get("weight_mass")
+    mass = float(masses[0] if found is None else values[found] + np.asarray(conditions["added_mass"])[0])
+    determined = []
+    for name, unit in PER_MASS.items():
+        i = places[name]
+        if not values[i]:  # at its bound: no share of nothing is known
+            continue
+        change = np.zeros(layout.size)
+        change[i] = 1.0 / values[i]
+        if found is not None:
+            change[found] = -1.0 / mass
+        error = float(np.sqrt(change @ covariance @ change))
+        if np.isfinite(error):
+            determined.append((name, float(values[i] / mass), unit, error))
+    load = mass * STANDARD_GRAVITY * float(slopes[0])
+    return ForceAlone(tuple(determined), load) if determined else None
+
+
+SIGNS_OF_LACK = frozenset(row.identifier for row in CHECKS if row.remedy == "search")
+"""Identifiers of the checks that fail where the model lacks something."""
+
+
+def advice(estimate: EvaluatedEstimate, checks: tuple[Check, ...]) -> tuple[Advice, ...]:
+    """What to do next, the most useful first: remedies of the checks that failed, and what would tell more."""
+    problem, values = estimate.problem, estimate.values
     failed = {check.identifier: check for check in checks if not check.passed}
-    found = list(_first_of_all(failed))
     # What could not be looked at is no sign of anything.
-    lacks = [name for name in failed.keys() & SIGNS_OF_LACK if failed[name].facts.get("tried", True)]
-    if lacks and not found:
+    remedies = {row.remedy for row in CHECKS if row.identifier in failed and not estimate.passed(row.identifier)}
+    found = []
+    # What has to be settled before anything else: a fault in what is stated, or a bound that was a guess.
+    cause = failed[OTHERWISE].facts["alternative"] if "correct" in remedies else None
+    if "slack_zero" in remedies:
+        found.append(Advice("slack_zero", failed["slack_zero"].facts))
+    elif cause is not None and issubclass(CATALOGUE[cause.effect], StudyLaw | SensorLaw):
+        found.append(Advice("correct", {"alternative": cause}))
+    elif "widen" in remedies:
+        names = dict.fromkeys(name.partition("[")[0] for name in failed[BOUNDS].facts["parameters"])
+        found.append(Advice("widen", {"parameters": tuple(names)}))
+    elif "search" in remedies:
         found.append(Advice("search"))
-    if "noise_level" in failed:
+    if "rest" in remedies:
         found.append(Advice("rest"))
-    if any({"friction", "force_offset"} <= set(map(_bare, weakness.names)) for weakness in weak):
+    if any({"friction", "force_offset"} <= {name.partition("[")[0] for name in one.names} for one in estimate.weak):
         found.append(Advice("way_back"))
-    if alone := force_alone(problem, values, covariance):
+    if alone := force_alone(problem, values, estimate.bars.covariance):
         found.append(Advice("force_alone", {"determined": alone}))
     # A record that is planned with values of no use is none to take.
     usable = not any(check.fatal for check in failed.values())
     # Nor is one of help to what another record has for itself.
-    shared = {problem.layout.free_names[i] for i in problem.layout.shared_places}
-    own = set(problem.layout.free_names) - shared
-    helped = any(set(weakness.names) - own for weakness in weak)
-    if helped and usable and (further := _further_record(problem, values, normal)):
+    own = set(problem.layout.free_names) - {problem.layout.free_names[i] for i in problem.layout.shared_places}
+    helped = any(set(weakness.names) - own for weakness in estimate.weak)
+    normal = estimate.search.plain.scores.normal_matrix()
+    if "further_record" in remedies and helped and usable and (further := _further_record(problem, values, normal)):
         found.append(further)
-    return tuple(found)
+    lone = None if estimate.passed(SIZE) else lone_samples(estimate.residual_set)
+    return with_lone_samples(tuple(found), lone, problem.soft_beyond is not None)
 
 
 def with_lone_samples(found: tuple[Advice, ...], alone: LoneSamples | None, robust: bool) -> tuple[Advice, ...]:
@@ -90,23 +127,6 @@ def with_lone_samples(found: tuple[Advice, ...], alone: LoneSamples | None, robu
         return found
     first = Advice("lone_samples", {"alone": alone, "robust": robust})
     return (first, *(one for one in found if one.identifier != "search"))
-
-
-def _first_of_all(failed: Mapping[str, Check]) -> Iterator[Advice]:
-    """What has to be settled before anything else: a fault in what is stated, or a bound that was a guess."""
-    cause = failed.get(OTHERWISE)
-    if "slack_zero" in failed:
-        yield Advice("slack_zero", failed["slack_zero"].facts)
-    elif cause is not None and issubclass(CATALOGUE[cause.facts["alternative"].effect], StudyLaw | SensorLaw):
-        yield Advice("correct", {"alternative": cause.facts["alternative"]})
-    elif "bounds" in failed:
-        names = dict.fromkeys(map(_bare, failed["bounds"].facts["parameters"]))
-        yield Advice("widen", {"parameters": tuple(names)})
-
-
-def _bare(name: str) -> str:
-    """Name of a parameter without the record whose value it is."""
-    return name.partition("[")[0]
 
 
 @RAN_AWAY

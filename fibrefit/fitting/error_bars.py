@@ -6,11 +6,15 @@ import math
 
 import numpy as np
 
-from fibrefit.fitting import checks as judge
+from fibrefit.core.declarations import HELD
 from fibrefit.fitting import uncertainty
-from fibrefit.fitting.estimates import ErrorBars, GlsEstimate, kind_of_interval
+from fibrefit.fitting.gls import GlsEstimate, kind_of_interval
+from fibrefit.fitting.residuals import CELLS
 from fibrefit.fitting.result import Estimate, PlainEstimate
-from fibrefit.problem.statement.layout import Belief
+from fibrefit.fitting.thresholds import AT_BOUND
+from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, ErrorBars, Scores, inverse_root, sandwich
+from fibrefit.problem.diagnose.motion import Motion
+from fibrefit.problem.statement.layout import RAN_AWAY, Belief, Range, gathered
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.results import ParameterSummary
@@ -104,7 +108,7 @@ def estimates(
             std_error=error,
             interval_95=(low, high),
             # What the model lacks makes a value less sure; it does not bring it to a limit.
-            at_bound=judge.at_bound(value, float(errors[bars.of_noise or bars.method][i]), limits),
+            at_bound=at_bound(value, float(errors[bars.of_noise or bars.method][i]), limits),
             interval_kind=kind,
             std_errors={name: float(column[i]) for name, column in errors.items()},
             plain_value=None if plain is None else float(plain.values[i]),
@@ -114,6 +118,12 @@ def estimates(
         )
         found.append(Estimate(slot.name, None if record is None else layout.records[record], summary))
     return tuple(found + _held(problem))
+
+
+def at_bound(value: float, error: float, limits: Range) -> bool:
+    """Whether an estimate is stopped by a limit: nearer to it than a tenth of its error."""
+    tolerance = AT_BOUND * error if np.isfinite(error) else 0.0
+    return limits.at_bound(value, max(tolerance, 1e-9 * limits.scale))
 
 
 def _prior(belief: Belief | None, value: float) -> dict[str, float]:
@@ -154,3 +164,77 @@ def _held(problem: Problem) -> list[Estimate]:
                 summary = ParameterSummary(value=value, interval_95=(value, value), unit=slot.unit, free=False)
                 found.append(Estimate(slot.name, name, summary))
     return found
+
+
+PARTS = round(1.0 / MEMORY)
+"""Parts of a record: each as long as the longest correlation allowed for in noise."""
+
+METHOD = "discrepancy"
+
+
+def with_discrepancy(bars: ErrorBars, scores: Scores, motion: Motion) -> ErrorBars:
+    """Error bars that allow for what the model lacks.
+
+    Parameters
+    ----------
+    bars : ErrorBars
+        For noise alone.
+
+    Returns
+    -------
+    ErrorBars
+        With a further method, which is believed: correlations of the one believed before, and of each value the
+        largest standard error of all methods.
+    """
+    normal, prior = scores.normal_matrix(), scores.prior_matrix()
+    errors = [bars.errors[bars.method]]
+    errors.append(np.sqrt(np.diag(_without_parts(scores))))
+    for state in _states(motion):
+        covariance = sandwich(normal, _clustered(scores, _cells(state, motion, scores.counts)) + prior)
+        errors.append(np.sqrt(np.diag(covariance)))
+    largest = np.max(errors, axis=0)
+    known = np.isfinite(largest) & (bars.errors[bars.method] > 0.0) & np.isfinite(bars.errors[bars.method])
+    factor = np.where(known, largest / np.where(known, bars.errors[bars.method], 1.0), 1.0)
+    wider = bars.covariance * np.outer(factor, factor)
+    return ErrorBars({**bars.covariances, METHOD: wider}, METHOD, bars.method, bars.inverse)
+
+
+def _without_parts(scores: Scores) -> np.ndarray:
+    """Covariance ``(n_free, n_free)`` by the jackknife over parts of the records."""
+    root = inverse_root(scores.normal_matrix())
+    steps = []
+    for r, columns in enumerate(scores.columns):
+        seen = columns < scores.size
+        score, count = scores.of_record(r)[:, seen], int(scores.counts[r])
+        for part in np.array_split(np.arange(count), PARTS):
+            slopes = scores.slopes[r][:, part][..., seen] @ root[columns[seen]]
+            share, axes = np.linalg.eigh(np.einsum("cti,ctj->ij", slopes, slopes))
+            share = np.clip(share, 0.0, MOST_LEVERAGE)
+            own = root[columns[seen]].T @ score[part].sum(axis=0)
+            steps.append(root @ (axes @ ((axes.T @ own) / (1.0 - share))))
+    return (len(steps) - 1) / len(steps) * np.einsum("ri,rj->ij", steps, steps)
+
+
+def _states(motion: Motion) -> list[np.ndarray]:
+    """States that a residual may depend on, ``(n_record, n_time)`` each; acceleration among them."""
+    return [*motion.states.values(), np.gradient(motion.states["speed"], axis=1)]
+
+
+def _cells(state: np.ndarray, motion: Motion, counts: np.ndarray) -> np.ndarray:
+    """Cell of each sample, ``(n_record, n_time)``; -1 where nothing moves yet, or beyond the record."""
+    there = (np.arange(state.shape[1]) < np.asarray(counts)[:, None]) & (motion.phase != HELD) & np.isfinite(state)
+    if not there.any():
+        return np.full(state.shape, -1)
+    edges = np.unique(np.quantile(state[there], np.linspace(0.0, 1.0, CELLS + 1)[1:-1]))
+    return np.where(there, np.searchsorted(edges, state), -1)
+
+
+@RAN_AWAY
+def _clustered(scores: Scores, cells: np.ndarray) -> np.ndarray:
+    """Variance of the score, ``(n_free, n_free)``, of residuals that are alike within a cell."""
+    sums = np.zeros((CELLS, scores.size))
+    for r, columns in enumerate(scores.columns):
+        score, here = scores.of_record(r), cells[r, : scores.counts[r]]
+        for cell in range(CELLS):
+            sums[cell] += gathered(score[here == cell].sum(axis=0)[None], columns[None], scores.size)
+    return sums.T @ sums

@@ -9,21 +9,21 @@ not noise, the plain estimate stands.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.core.limits import in_time, note_cut, time_for
-from fibrefit.fitting.estimates import ErrorBars, GlsEstimate, interval_of_shared
-from fibrefit.fitting.search.optimum import Ended, Optimum
-from fibrefit.fitting.search.with_input_errors import as_predicted, linearised_in_errors, still_gains
+from fibrefit.fitting.search.optimum import Ended, Optimum, as_predicted, linearised_in_errors, still_gains
 from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS, ROUGHLY
+from fibrefit.fitting.uncertainty import ErrorBars
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode, record_wise_start
-from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors, instant_weights
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
+from fibrefit.problem.inputs.linearity_weights import counted
 from fibrefit.problem.linear_model.normal_equations import Arrowhead
 from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View
@@ -33,9 +33,81 @@ from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.part import Z_95
+from fibrefit.study.summaries.results import BetweenRecordsSummary
+
+
+def interval_of_shared(evidence: MarginalLikelihood, index: int) -> tuple[float, float]:
+    """Ends of the 95 % interval of a shared value in SI units, over all standard deviations between records.
+
+    Parameters
+    ----------
+    evidence : MarginalLikelihood
+    index : int
+        Of the value among the shared ones.
+    """
+    mean, here = evidence.mean, np.arange(len(evidence.mean)) == index
+    ends = (evidence.mode.unknowns.value(np.where(here, z, mean))[index] for z in evidence.interval_95(index))
+    # The typical value of a strength may lie below its null: its coordinate falls then as it rises.
+    low, high = sorted(map(float, ends))
+    return low, high
+
+
+def kind_of_interval(name: str, between: Mapping[str, BetweenRecordsSummary]) -> str:
+    """Of what the interval of a shared value is: of the mean of a population where records differ in it.
+
+    Parameters
+    ----------
+    name : str
+    between : mapping of str to BetweenRecordsSummary
+        How much records differ, for each value that may.
+    """
+    return "population" if name in between and between[name].found else "normal"
+
+
+@dataclass(frozen=True)
+class GlsEstimate:
+    """The estimate at the mode of the likelihood.
+
+    Parameters
+    ----------
+    values : (n_free,) in SI units
+        Shared ones: means over the standard deviations between records; the records' own at the mode.
+    local : (n_record, n_local) in SI units
+        Values of each record, its deviations in them.
+    residuals : (n_record, n_channel, n_time) in units of the noise
+        There, errors of the inputs at their best.
+    intervals : (n_free, 2) in SI units
+        Of 95 %.
+    between : mapping of name to BetweenRecordsSummary
+        How much records differ.
+    noise : tuple of Noise
+        Of each channel, in SI units.
+    coefficients : mapping of input to (n_record, n_wave)
+    expected_gap : float
+        Of a perfect model.
+    """
+
+    values: np.ndarray
+    local: np.ndarray
+    residuals: np.ndarray
+    bars: ErrorBars
+    intervals: np.ndarray
+    between: Mapping[str, BetweenRecordsSummary]
+    noise: tuple[Noise, ...]
+    evidence: MarginalLikelihood
+    seen: View
+    coefficients: InputCoefficients
+    expected_gap: float
+
+    @property
+    def records_differ(self) -> bool:
+        """Whether records differ."""
+        return any(one.found for one in self.between.values())
+
 
 LEAST = 0.25
 """Least share of the noise's power that is taken to be left where errors of inputs are fitted."""
+
 ROUNDS, MOST_ROUNDS = 2, 6
 """How often the noise is taken from what is left, the second time with what was fitted put back; and how often at the
 most where the mode is crept up to, as that of readings in coarse steps beside noisy inputs is."""
@@ -112,8 +184,14 @@ def _relinearised(task: Task, bars: ErrorBars, found: GlsEstimate | None, search
 
 
 def _next_look(task: Task, bars: ErrorBars, found: GlsEstimate) -> GlsEstimate | None:
+    """The estimate with readings linearised in the errors of inputs that were found."""
+    assert found.seen.sensitivities is not None
+    roots = found.seen.sensitivities.roots()
+    problem = with_noise_before_rounding(problem_at(task, found), found.local)
+    whole = with_steps(task.problem, problem.observations.steps)
+    view = linearised_in_errors(whole, input_errors(task), found.local, found.coefficients, roots)
     mode = found.evidence.mode
-    return _at_mode(bars, mode.unknowns, mode.place, _seen(task, found), mode.sigma)
+    return _at_mode(bars, mode.unknowns, mode.place, replace(view, beforehand=found.seen.beforehand), mode.sigma)
 
 
 def _linearisation(task: Task, found: GlsEstimate) -> _Linearisation:
@@ -192,98 +270,61 @@ def _laplace_evidence(
     return found if sound else None
 
 
-def _seen(task: Task, found: GlsEstimate) -> View:
-    """A task with noisy inputs, linearised in their errors at those found."""
-    assert found.seen.sensitivities is not None
-    roots = found.seen.sensitivities.roots()
-    problem = with_noise_before_rounding(problem_at(task, found), found.local)
-    whole = with_steps(task.problem, problem.observations.steps)
-    view = linearised_in_errors(whole, input_errors(task), found.local, found.coefficients, roots)
-    return replace(view, beforehand=found.seen.beforehand)
-
-
 def _estimate(plain_bars: ErrorBars, evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> GlsEstimate:
+    """The estimate at a mode, with its error bars."""
     found, layout = evidence.mode, seen.problem.layout
-    unknowns = found.unknowns
+    unknowns, local = found.unknowns, evidence.mode.local
     evidence = evidence.refined()
     places, sizes = unknowns.places_in(layout)
     shared = np.array([record is None for _, record in layout.entries])
-    slopes = np.concatenate([unknowns.slope(evidence.mean), np.ones(covariance_size(unknowns) - len(unknowns.shared))])
-    unit = slopes[places] * sizes
-    cautious = evidence if seen.beforehand is None else _cautious(evidence, seen.beforehand, noise)
+    each = len(unknowns.free) * len(unknowns.each)
+    unit = np.concatenate([unknowns.slope(evidence.mean), np.ones(each)])[places] * sizes
+    cautious = evidence
+    if seen.beforehand is not None:
+        # Once the readings have said much of the errors of inputs, samples beyond bounces are predicted by linear laws
+        # too, and lead to better values. How sure these are they do not tell: beyond a bounce the likelihood is rough,
+        # and each of its many minima is far narrower than they are apart. So covariances are those of what was known
+        # beforehand, values as they are.
+        view = seen.beforehand.through(whitening_of(seen.beforehand.problem, noise))
+        there = replace(found, normal=Arrowhead.at(unknowns, found.place, view.gram(unknowns)))
+        cautious = replace(evidence, mode=there, covariance=MarginalLikelihood.of(there, evidence.axes).covariance)
     covariance = cautious.covariance_of_all()[np.ix_(places, places)] * np.outer(unit, unit)
-    alike = _alike(cautious, places, unit, covariance, shared)
+    # If the records did not differ: of the shared values; of the others as it is.
+    alike, index = covariance.copy(), np.flatnonzero(shared)
+    inside = cautious.covariance[0][np.ix_(places[index], places[index])] * np.outer(unit[index], unit[index])
+    alike[np.ix_(index, index)] = inside
     # What no record determines is not determined by a flat prior either.
     lost = ~np.isfinite(np.diag(plain_bars.covariance))
     for matrix in (covariance, alike):
         matrix[np.diag_indices_from(matrix)] = np.where(lost, np.inf, np.diag(matrix))
     values = unknowns.free_values(layout, unknowns.value(evidence.mean), found.place.own)
     bars = ErrorBars({"white": plain_bars.covariances["white"], "alike": alike, "whitened": covariance}, "whitened")
-    local = found.local
+    errors = bars.errors["whitened"]
+    intervals = values[:, None] + Z_95 * errors[:, None] * np.array([-1.0, 1.0])
+    for i in np.flatnonzero(shared & np.isfinite(errors)):
+        intervals[i] = interval_of_shared(cautious, int(places[i]))
     residuals, coefficients = seen.residuals(local, DRAWS_OF_ERRORS)
+    expected_gap = 1.0
+    if len(residuals) > 1:
+        # Errors of inputs that are fitted take noise along, of each sample as much as it counts: draws put it back.
+        counts = residuals[0] != 0.0
+        share = counts if seen.raw is None else counts * np.square(seen.raw.downweight)
+        taken = np.sum((residuals[1:] - residuals[0]) ** 2, axis=(1, 3))
+        taken = taken / np.maximum(np.sum(share, axis=(0, 2)), LEAST)
+        expected_gap = float(np.sqrt(np.mean(np.maximum(1.0 - taken, LEAST))))
     return GlsEstimate(
         values=values,
         local=local,
         residuals=residuals[0],
         bars=bars,
-        intervals=_intervals(cautious, places, values, bars.errors["whitened"], shared),
+        intervals=intervals,
         between=evidence.between_records(),
         noise=noise,
         evidence=evidence,
         seen=seen,
         coefficients=coefficients,
-        expected_gap=_expected_gap(residuals, seen),
+        expected_gap=expected_gap,
     )
-
-
-def _cautious(evidence: MarginalLikelihood, seen: View, noise: tuple[Noise, ...]) -> MarginalLikelihood:
-    """The evidence with the covariance of a view, values as they are.
-
-    Once the readings have said much of the errors of inputs, samples beyond bounces are predicted by linear laws too,
-    and lead to better values. How sure these are they do not tell: beyond a bounce the likelihood is rough, and each of
-    its many minima is far narrower than they are apart.
-    """
-    found = evidence.mode
-    view = seen.through(whitening_of(seen.problem, noise))
-    there = replace(found, normal=Arrowhead.at(found.unknowns, found.place, view.gram(found.unknowns)))
-    return replace(evidence, mode=there, covariance=MarginalLikelihood.of(there, evidence.axes).covariance)
-
-
-def _expected_gap(residuals: np.ndarray, seen: View) -> float:
-    """Gap a perfect model leaves: errors of inputs that are fitted take noise along, which draws of them put back.
-
-    They do so of each sample as much as it counts.
-    """
-    share = (residuals[0] != 0.0) if seen.raw is None else (residuals[0] != 0.0) * np.square(seen.raw.downweight)
-    number = np.maximum(np.sum(share, axis=(0, 2)), LEAST)
-    taken = np.sum((residuals[1:] - residuals[0]) ** 2, axis=(1, 3)) / number
-    return float(np.sqrt(np.mean(np.maximum(1.0 - taken, LEAST)))) if len(residuals) > 1 else 1.0
-
-
-def covariance_size(unknowns: Unknowns) -> int:
-    """Number of shared coordinates and of all records' own ones."""
-    return len(unknowns.shared) + len(unknowns.free) * len(unknowns.each)
-
-
-def _alike(
-    evidence: MarginalLikelihood, places: np.ndarray, unit: np.ndarray, covariance: np.ndarray, shared: np.ndarray
-) -> np.ndarray:
-    """Covariance if the records did not differ, of the shared values; of the others as it is."""
-    same = covariance.copy()
-    index = np.flatnonzero(shared)
-    inside = evidence.covariance[0][np.ix_(places[index], places[index])] * np.outer(unit[index], unit[index])
-    same[np.ix_(index, index)] = inside
-    return same
-
-
-def _intervals(
-    evidence: MarginalLikelihood, places: np.ndarray, values: np.ndarray, errors: np.ndarray, shared: np.ndarray
-) -> np.ndarray:
-    """Intervals of 95 %, ``(n_free, 2)`` in SI units."""
-    found = values[:, None] + Z_95 * errors[:, None] * np.array([-1.0, 1.0])
-    for i in np.flatnonzero(shared & np.isfinite(errors)):
-        found[i] = interval_of_shared(evidence, int(places[i]))
-    return found
 
 
 def cost_with_one_held(gls: GlsEstimate, index: int) -> Callable[[np.ndarray], float]:

@@ -2,95 +2,53 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 from itertools import count
-from typing import NamedTuple
 
 import numpy as np
 
 from fibrefit.core.errors import DataError
 from fibrefit.core.limits import Progress, cuts_noted, in_time, quiet, refuse_seed, refuse_starts
 from fibrefit.core.programs import all_compilations
-from fibrefit.fitting import checks as judge
-from fibrefit.fitting.advice import Advice, advice, with_lone_samples
-from fibrefit.fitting.error_bars import error_bars, error_inflation, estimates
+from fibrefit.fitting.advice import advice
+from fibrefit.fitting.checks import AGREED, BARS, BOUNDS, COMPLETION, SECOND, check, checks_of
+from fibrefit.fitting.error_bars import error_bars, error_inflation
+from fibrefit.fitting.evaluated import How, SearchEnd
 from fibrefit.fitting.gls import cost_with_one_held, error_of_objective
-from fibrefit.fitting.identifiability import weaknesses
-from fibrefit.fitting.minima import Minima, SecondSolver
-from fibrefit.fitting.misfit.agreement import records_agree
-from fibrefit.fitting.misfit.alternative import best_alternative
-from fibrefit.fitting.misfit.at_bounds import BOUNDS, with_ends
-from fibrefit.fitting.misfit.discrepancy import most_doubtful
-from fibrefit.fitting.misfit.lone_samples import lone_samples
-from fibrefit.fitting.misfit.outweighed import outweighed
-from fibrefit.fitting.misfit.slack_zero import judge_zero, slack_zeros
-from fibrefit.fitting.profile import Cost, plain_cost, profile_interval
-from fibrefit.fitting.reported import Reported, reported
-from fibrefit.fitting.result import Gap, Identification, PlainEstimate, Starts, record_sizes, total
-from fibrefit.fitting.search.around import rough_errors, searched_nearby, with_further_starts
-from fibrefit.fitting.search.each_by_itself import each_by_itself, loses
-from fibrefit.fitting.search.multistart import (
+from fibrefit.fitting.profile import plain_cost, profile_interval
+from fibrefit.fitting.reported import reported
+from fibrefit.fitting.result import Found, Identification, Starts, record_sizes, total
+from fibrefit.fitting.search.optimum import Ended, optimum
+from fibrefit.fitting.search.rescue import (
+    SecondSolver,
+    each_by_itself,
+    loses,
+    searched_nearby,
+    with_second_solver,
+)
+from fibrefit.fitting.search.solve import Descent, widths
+from fibrefit.fitting.search.starts import (
     HorizonSchedule,
     Searched,
     as_probable,
     collected,
     latin_hypercube_starts,
     search,
+    starts_from_base_model,
 )
-from fibrefit.fitting.search.optimum import Ended, Optimum, optimum
-from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import Descent, descend, widths
-from fibrefit.fitting.search.starts_from_base_model import starts_from_base_model
-from fibrefit.fitting.thresholds import FIT_TOLERANCE
-from fibrefit.laws.families import instants
-from fibrefit.problem.diagnose.channels import are_exchanged
-from fibrefit.problem.diagnose.motion import ResidualSet
-from fibrefit.problem.diagnose.newton import ForceBalance, Gravity, Lag
+from fibrefit.fitting.values import with_ends
 from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
-from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.results import ChannelGap, ParameterSummary
+from fibrefit.study.summaries.results import ParameterSummary
 
 Stop = Callable[[], bool]
+
 Width = Callable[[], np.ndarray]
 """Steps ``(n_free,)`` that suit a solver at the start; found when one first asks."""
-
-
-class How(NamedTuple):
-    """How a task is identified.
-
-    Parameters
-    ----------
-    robust, profile : bool
-        Let residuals beyond `SOFT_BEYOND` times the noise count less; give shared parameters profile intervals.
-    whiten : bool
-        Whether to whiten where inputs are noisy too, which takes long.
-    rivals : bool
-        Whether to see, where inputs are noisy, what other minima, each record by itself and models with one law more
-        are worth, which takes as long as all the rest.
-    often : bool
-        Whether many tasks of like shapes follow, so that it is worth while to compile more programs for them.
-    ended : Ended, optional
-        Where a search ended, at the values of the start: the likelihood begins from there as well, and where errors of
-        measured inputs are known, nothing is searched anew.
-    """
-
-    robust: bool = False
-    profile: bool = False
-    whiten: bool = True
-    rivals: bool = True
-    often: bool = False
-    ended: Ended | None = None
-
-    @property
-    def known(self) -> Ended | None:
-        """Where a search ended that found errors of measured inputs too; None where it is searched for."""
-        return None if self.ended is None or self.ended.coefficients is None else self.ended
 
 
 def identify(
@@ -134,13 +92,18 @@ def identify(
 
 
 def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, stop: Stop) -> Identification:
-    task = _with_soft_l1(task) if how.robust else task
+    if how.robust:
+        problem = task.problem
+        task = replace(task, problem=Problem(problem.model, problem.layout, problem.observations, SOFT_BEYOND))
     tell("compiling", 0.0)
     width = cache(partial(widths, task.problem, task.problem.layout.free(task.start)))
     ended = how.known
     schedule = HorizonSchedule.of(task, how.often)
     found = _search(task, starts, seed, tell, stop, schedule) if ended is None else _as_it_ended(task, ended)
-    _refuse_if_lost(found, task.problem.layout.records)
+    if not np.isfinite(found.cost).any():
+        do = "Check lift, mass and noise, and the initial values and bounds of the parameters."
+        names = ", ".join(task.problem.layout.records[:3])
+        raise DataError(names, "no start of the search can be simulated", "values that a motion follows from", do)
     # As measured, a noisy input leaves residuals in every minimum: those are weighed with its errors taken off.
     exact = ended is None and not task.noisy_inputs
     if exact and not stop():
@@ -148,7 +111,7 @@ def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, st
     tell("second solver", 0.87)
     values, second = task.start, None
     if ended is None:
-        found, second = _settled(task, width, found, stop)
+        found, second = with_second_solver(task, width, found, stop)
         values = found.best[0]
     found = as_probable(found, task.problem.n_measured) if exact else found
     tell("uncertainty", 0.9)
@@ -161,7 +124,9 @@ def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, st
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
     if stop():
-        found_all = replace(found_all, checks=(judge.interrupted(found), *found_all.checks))
+        planned = float(found.planned or found.tried)
+        interrupted = check(COMPLETION, Found(float(found.tried), passed=False, instead={"threshold": planned}))
+        found_all = replace(found_all, checks=(interrupted, *found_all.checks))
     return found_all
 
 
@@ -212,44 +177,29 @@ def _apart(
 
 def _held_against(found: Identification) -> frozenset[str]:
     """What an estimate is doubted for; that of the search it began from does not count, nor what its error bars are."""
-    aside = (judge.AGREED, judge.SECOND["identifier"], judge.BARS)
-    return frozenset(check.identifier for check in found.checks if not check.passed and check.identifier not in aside)
-
-
-def _refuse_if_lost(found: Starts, records: tuple[str, ...]) -> None:
-    if not np.isfinite(found.cost).any():
-        do = "Check lift, mass and noise, and the initial values and bounds of the parameters."
-        names = ", ".join(records[:3])
-        raise DataError(names, "no start of the search can be simulated", "values that a motion follows from", do)
-
-
-def _with_soft_l1(task: Task) -> Task:
-    problem = task.problem
-    return replace(task, problem=Problem(problem.model, problem.layout, problem.observations, SOFT_BEYOND))
+    return frozenset(check.identifier for check in found.checks if not check.passed) - {AGREED, SECOND, BARS}
 
 
 def _profiled(found: Identification, width: Width, whole: np.ndarray, stop: Stop) -> Identification:
-    profiled = list(found.estimates)
+    """Profile intervals in place of those of error bars, of the kind of estimate that is reported."""
+    profiled, gls = list(found.estimates), found.gls
     for i, (_, record) in enumerate(found.problem.layout.entries):
         # Standard deviations between records are held in a profile: it knows too much of a mean of the population.
         one = profiled[i].found
         if record is None and one.std_error is not None and one.interval_kind != "population" and not stop():
-            cost, own = _cost_of(found, i, width, whole)
+            if gls is None:
+                cost, own = plain_cost(found.problem, found.values, i, width(), whole)
+            else:
+                cost, own = cost_with_one_held(gls, i), error_of_objective(gls, i)
             interval = profile_interval(found.problem, found.values, i, cost, own, one.std_error)
             profile = {"interval_95": interval, "interval_kind": "profile likelihood"}
             profiled[i] = profiled[i]._replace(found=ParameterSummary.model_validate({**dict(one), **profile}))
-    checks = tuple(
-        with_ends(check, found.problem.layout, profiled) if check.identifier == BOUNDS else check
-        for check in found.checks
-    )
-    return replace(found, estimates=tuple(profiled), checks=checks)
-
-
-def _cost_of(found: Identification, index: int, width: Width, whole: np.ndarray) -> tuple[Cost, float]:
-    """Cost of the best fit with a value held, of the kind that gave the estimate, and its standard error by that."""
-    if found.gls is not None:
-        return cost_with_one_held(found.gls, index), error_of_objective(found.gls, index)
-    return plain_cost(found.problem, found.values, index, width(), whole)
+    checks = list(found.checks)
+    for i, one_check in enumerate(checks):
+        if one_check.identifier == BOUNDS:
+            ends = with_ends(one_check.facts["by_chance"], found.problem.layout, profiled)
+            checks[i] = one_check.model_copy(update={"facts": {**one_check.facts, "by_chance": ends}})
+    return replace(found, estimates=tuple(profiled), checks=tuple(checks))
 
 
 def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, schedule: HorizonSchedule) -> Starts:
@@ -273,121 +223,34 @@ def _as_it_ended(task: Task, ended: Ended) -> Starts:
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSolver | None, how: How) -> Identification:
+    """The estimate that is reported, put to all checks."""
     plain = optimum(task, values, how.ended)
     bars = error_bars(plain.problem, plain.scores, task.rate)
-    best = reported(task, plain, bars, bool(np.isfinite(starts.cost.min())), how.whiten, how.ended)
-    problem, seen, sound, normal = best.problem, best.seen, best.sound, plain.scores.normal_matrix()
-    minima = Minima(task, starts, second, plain, bars, best, how.rivals)
-    weak = weaknesses(problem.layout, best.values, best.bars.covariance, normal, _unjudged(problem))
-    force = ForceBalance.of(task, best.values)
-    balance = None if force is None else ChannelGap.against_noise(math.nan, force.rms, "N", force.explained)
-    doubtful = most_doubtful(problem.layout, best.values, best.bars)
-    explained = _explained(plain, seen.gap if balance is None else {"force": balance, **seen.gap})
-    agree = None if best.gls is not None else records_agree(plain.problem, plain.values, plain.scores, bars, task.rate)
-    aside = PlainEstimate(plain.values, bars.errors[bars.method], plain.local, plain.differ)
-    told = estimates(problem, best.values, best.bars, None if best.gls is None else aside, best.gls)
-    checks = (
-        judge.finite(best.residuals, seen.motion.trouble, problem.layout.records),
-        sound.converged,
-        *(() if how.known and (second is None or best.gls is None) else (minima.second_solver_agrees(),)),
-        minima.starts_agree(),
-        with_ends(sound.inside, problem.layout, told),
-        judge.determined(weak),
-        judge.noise_seen(dict(task.noise), task.noise_given),
-        sound.gap,
-        *judge.inputs_within_noise(best.input_errors),
-        *sound.structure,
-        *sound.records,
-        *best.checks,
-        explained,
-        *_as_stated(task, best, explained, how.rivals),
-        *(() if doubtful is None else (judge.known_to_a_factor(doubtful),)),
-        *best.of_intervals,
-        *(() if agree is None else (agree,)),
-        *(() if force is None else (force.check(),)),
-    )
+    best = reported(SearchEnd(task, how, starts, second, plain, bars))
+    checks = checks_of(best)
     return Identification(
-        problem=problem,
+        problem=best.problem,
         values=best.values,
         covariance=best.bars.covariance,
         method=best.bars.method,
-        error_inflation=error_inflation(problem, best.bars),
-        estimates=told,
-        gap=seen.gap,
+        error_inflation=error_inflation(best.problem, best.bars),
+        estimates=best.estimates,
+        gap=best.seen.gap,
         expected_gap=best.expected_gap,
         input_errors=best.input_errors,
         coefficients=best.coefficients,
-        record_gaps=seen.record_gaps,
+        record_gaps=best.seen.record_gaps,
         noise=task.noise,
-        readings=seen.motion.readings,
+        readings=best.seen.motion.readings,
         residuals=best.residuals,
-        motion=seen.motion,
+        motion=best.seen.motion,
         starts=starts,
         checks=checks,
-        advice=_with_samples(task, best, advice(problem, best.values, normal, best.bars.covariance, weak, checks)),
+        advice=advice(best, checks),
         seconds=0.0,
         estimator=best.estimator,
         why=best.why,
-        plain=aside,
+        plain=best.plain_estimate,
         gls=best.gls,
-        balance=balance,
+        balance=best.balance_gap,
     )
-
-
-def _unjudged(problem: Problem) -> set[str]:
-    """Values that are not asked for: instants, of which slopes say nothing, and nuisances of each record."""
-    declared = {parameter.name for parameter in problem.model.parameters}
-    return {*instants(problem.model.effects), *(set(problem.layout.names) - declared)}
-
-
-def _with_samples(task: Task, best: Reported, found: tuple[Advice, ...]) -> tuple[Advice, ...]:
-    """Advice with the few samples, if so, that carry most of a gap that is more than noise."""
-    left = ResidualSet(best.problem, best.residuals, best.seen.motion, task.noise)
-    alone = None if best.sound.gap.passed else lone_samples(left)
-    return with_lone_samples(found, alone, best.problem.soft_beyond is not None)
-
-
-def _explained(plain: Optimum, gaps: Gap) -> Check:
-    """Whether the signals are explained; where they are not, whether the values are of use all the same."""
-    check = judge.signal_explained(gaps)
-    return check if check.passed else judge.useless(check, outweighed(plain.problem.layout, plain.values, plain.scores))
-
-
-def _as_stated(task: Task, best: Reported, explained: Check, rivals: bool) -> tuple[Check, ...]:
-    """Whether channels, clock, scale and slope are what the study says, and what one thing more makes of the values."""
-    swapped = (judge.exchanged(),) if not explained.passed and are_exchanged(task.traces) else ()
-    gravity = Gravity.in_flight(task, best.values, best.seen.motion)
-    lag = Lag.in_contacts(task, best.values, best.seen.motion)
-    stated = () if gravity is None else (judge.falls_freely(gravity),)
-    stated = stated if lag is None else (*stated, judge.measured_at_once(lag))
-    inputs = judge.inputs_within_noise(best.input_errors)
-    doubted = not all(check.passed for check in (explained, best.sound.gap, *inputs, *stated))
-    sought = doubted and not swapped and rivals
-    other = in_time(partial(best_alternative, task, best.values), None)[0] if sought else None
-    zeros = slack_zeros(task)
-    stated = stated if zeros is None else (*stated, judge_zero(zeros))
-    return (*swapped, *stated, *(() if other is None else (judge.explained_otherwise(other),)))
-
-
-def _settled(task: Task, width: Width, starts: Starts, stop: Stop) -> tuple[Starts, SecondSolver | None]:
-    """Starts, and where another solver ends; if it ends lower, the search goes on from there, as one start more."""
-    problem, whole = task.problem, task.counts[-1:]
-    if stop():
-        return starts, None
-    for _ in range(SECOND_CHANCES):
-        values, cost = starts.best
-        errors = rough_errors(problem, values, cost)
-        other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
-        if not cost - other.cost > FIT_TOLERANCE:
-            break
-        found = descend(problem, problem.layout.free(other.values), width(), whole)
-        end = Descent(*(np.asarray(leaf)[None] for leaf in found))
-        starts = with_further_starts(starts, problem.layout, other.values[None], end)
-    values, cost = starts.best
-    gain = cost - other.cost
-    # What is left may be far more than noise: a fall of the cost counts in units of that.
-    variance = max(cost / max(problem.n_measured, 1), 1.0)
-    return starts, SecondSolver(other.values, float(np.max(np.abs(other.values - values) / errors)), gain / variance)
-
-
-SECOND_CHANCES = 3

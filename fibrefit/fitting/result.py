@@ -4,19 +4,87 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fibrefit.fitting.advice import Advice
-from fibrefit.fitting.estimates import GlsEstimate, Why
+from fibrefit.fitting.gls import GlsEstimate
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.check import Check, Status, status_by
 from fibrefit.study.summaries.results import BetweenRecordsSummary, ChannelGap, InputErrorSummary, ParameterSummary
+
+
+class Advice(NamedTuple):
+    """What to do next; `fibrefit.report.sentences` says it.
+
+    Parameters
+    ----------
+    identifier : str
+        ``"lone_samples"``, ``"slack_zero"``, ``"correct"``, ``"widen"``, ``"search"``, ``"rest"``, ``"way_back"``,
+        ``"force_alone"``, ``"another_test"`` or ``"further_record"``.
+    facts : mapping of str to object
+        What a sentence needs besides.
+    """
+
+    identifier: str
+    facts: Mapping[str, Any] = MappingProxyType({})
+
+
+NOT_ARRIVED = "convergence of the solver"
+"""Quantity of the check that fails where an estimate is not quite at its minimum."""
+
+
+class Found(NamedTuple):
+    """What a check found.
+
+    Parameters
+    ----------
+    statistic : float, optional
+    facts : mapping of str to object
+        What its sentence needs besides.
+    passed : bool, optional
+        Whether it passed, where the threshold alone does not say.
+    instead : mapping of str to object
+        Fields of the check that are others here than the table has.
+    of : str
+        What it is a check of, where there are several.
+    """
+
+    statistic: float | None = None
+    facts: Mapping[str, Any] = MappingProxyType({})
+    passed: bool | None = None
+    instead: Mapping[str, Any] = MappingProxyType({})
+    of: str = ""
+
+
+class Why(NamedTuple):
+    """Why an estimate is reported.
+
+    Parameters
+    ----------
+    identifier : str
+        ``"gls"``, ``"loses_less"`` (bounces than values all records share), ``"louder"`` (noise than at rest, else like
+        it), or why there is no GLS step: ``"robust"``,
+        ``"no_end"``, ``"in_a_search"``, ``"no_time"``, ``"not_noise"``, ``"not_converged"``.
+    ratio : float
+        Of its standard errors to those of ordinary least squares.
+    failed : tuple of str
+        Quantities whose checks failed.
+    """
+
+    identifier: str = "not_converged"
+    ratio: float = math.nan
+    failed: tuple[str, ...] = ()
+
+    @property
+    def left(self) -> tuple[str, ...]:
+        """Of what failed, what says that residuals are not noise: a search that has not quite arrived does not."""
+        return tuple(quantity for quantity in self.failed if quantity != NOT_ARRIVED)
 
 
 class Estimate(NamedTuple):
@@ -99,6 +167,16 @@ class Starts:
         """Values ``(n_free,)`` in SI units of the end that costs least, and that cost."""
         place = int(np.argmin(self.cost))
         return self.values[place], float(self.cost[place])
+
+    @property
+    def excess(self) -> float:
+        """Residuals of the next minimum over those of the best; infinite where there is none."""
+        others = self.basin > 0
+        return float(np.sqrt(self.cost[others].min() / self.cost.min())) if others.any() else np.inf
+
+    def ended_elsewhere(self) -> Starts:
+        """The same starts, none of which ended in the best minimum."""
+        return replace(self, basin=self.basin + (self.basin >= 0))
 
     def others(self) -> list[np.ndarray]:
         """Best ends ``(n_free,)`` of the next `FURTHER` minima, in SI units."""

@@ -11,7 +11,7 @@ Statist. 17 (1989).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -302,3 +302,34 @@ def _bartlett(score: np.ndarray, lags: int) -> np.ndarray:
     weight[: lags + 1] = taper
     weight[-lags:] = taper[:0:-1]
     return products_of_spectra(spectrum, spectrum * (rfft(weight).real * half_weights(size)))
+
+
+@dataclass(frozen=True)
+class ErrorBars:
+    """Covariances ``(n_free, n_free)`` of one estimate.
+
+    Parameters
+    ----------
+    covariances : mapping of method to (n_free, n_free)
+    method : str
+        The one that is believed.
+    of_noise : str
+        The one that was believed before what the model lacks was allowed for; empty where nothing was.
+    inverse : (n_free, n_free), optional
+        Of the normal matrix, by which values follow the centres of their priors; None where that is the covariance.
+    """
+
+    covariances: Mapping[str, np.ndarray]
+    method: str
+    of_noise: str = ""
+    inverse: np.ndarray | None = None
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """The one that is believed."""
+        return self.covariances[self.method]
+
+    @property
+    def errors(self) -> dict[str, np.ndarray]:
+        """Standard errors ``(n_free,)`` by method."""
+        return {name: np.sqrt(np.diag(matrix)) for name, matrix in self.covariances.items()}

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fibrefit.fitting.misfit.at_bounds import BOUNDS
+from fibrefit.fitting.checks import BOUNDS
 from fibrefit.fitting.result import Gap, Identification, Starts, total
 from fibrefit.problem.statement.layout import Belief
 from fibrefit.problem.statement.matrices import correlation_matrix

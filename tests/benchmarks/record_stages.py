@@ -16,7 +16,7 @@ STAGES = (
     ("reading the file", "fibrefit.workflow.fit", "read_records"),
     ("noise at rest, starting values, statement", "fibrefit.workflow.fit", "task_of"),
     ("search from the first starts", "fibrefit.fitting.identify", "_search"),
-    ("second solver", "fibrefit.fitting.identify", "_settled"),
+    ("second solver", "fibrefit.fitting.identify", "with_second_solver"),
     ("error bars by four methods", "fibrefit.fitting.identify", "error_bars"),
     ("spectrum of the residuals, twice", "fibrefit.fitting.gls", "noise_of_residuals"),
     ("filters of that noise, twice", "fibrefit.fitting.gls", "whitening_of"),

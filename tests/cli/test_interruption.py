@@ -81,7 +81,7 @@ def fits(tmp_path: Path) -> Iterator[list[Fit]]:
 
 def test_a_fit_concludes_with_what_there_is(tmp_path: Path, fits: list[Fit]) -> None:
     out = tmp_path / "out"
-    fits.append(fit := Fit(out, "fibrefit.fitting.search.multistart._part", 0.3))
+    fits.append(fit := Fit(out, "fibrefit.fitting.search.starts._part", 0.3))
     fit.interrupt(after=3)
     code, said, remarks = fit.end()
     assert code == 130
@@ -98,7 +98,7 @@ def test_a_fit_concludes_with_what_there_is(tmp_path: Path, fits: list[Fit]) -> 
 
 def test_the_second_time_it_ends_at_once(tmp_path: Path, fits: list[Fit]) -> None:
     out = tmp_path / "out"
-    fits.append(fit := Fit(out, "fibrefit.fitting.identify._settled", 20.0))
+    fits.append(fit := Fit(out, "fibrefit.fitting.identify.with_second_solver", 20.0))
     fit.interrupt(after=1)
     assert fit.process.stderr is not None
     assert fit.process.stderr.readline().startswith("Interrupted: concluding")

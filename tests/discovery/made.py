@@ -12,9 +12,7 @@ import numpy as np
 from fibrefit.core.declarations import HELD, LOADING, SLACK, UNLOADING, Statement
 from fibrefit.discovery.engine.supermodel import supermodel_of
 from fibrefit.discovery.model.finding import Finding, TracedRound
-from fibrefit.fitting.advice import Advice
-from fibrefit.fitting.estimates import Why
-from fibrefit.fitting.result import Estimate, Identification, PlainEstimate, Starts
+from fibrefit.fitting.result import Advice, Estimate, Identification, PlainEstimate, Starts, Why
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.diagnose.motion import Motion

@@ -15,7 +15,7 @@ from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.forward_selection import Limits, Selection, _further
 from fibrefit.discovery.search import inputs, setup
 from fibrefit.discovery.search.inputs import Confirmation
-from fibrefit.fitting.search import each_by_itself
+from fibrefit.fitting.search import rescue
 from fibrefit.report.sentences.discovery import discovery_sentence
 from tests.discovery.test_pairs import Model, round_of
 
@@ -291,7 +291,7 @@ def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exac
     )
     monkeypatch.setattr(final_fit, "final_fit", lambda *of: ended)
     monkeypatch.setattr(final_fit, "total", lambda gap: gap)
-    monkeypatch.setattr(each_by_itself, "total", lambda gap: gap)
+    monkeypatch.setattr(rescue, "total", lambda gap: gap)
     seen = SimpleNamespace(sensitivities=None if exact else ())
     monkeypatch.setattr(Model, "supermodel", seen, raising=False)
     inference = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
@@ -319,7 +319,7 @@ def test_what_loses_a_bounce_without_those_added_later_is_to_blame(monkeypatch: 
 
     monkeypatch.setattr(final_fit, "final_fit", fit)
     monkeypatch.setattr(final_fit, "total", lambda gap: gap)
-    monkeypatch.setattr(each_by_itself, "total", lambda gap: gap)
+    monkeypatch.setattr(rescue, "total", lambda gap: gap)
     monkeypatch.setattr(Model, "supermodel", SimpleNamespace(sensitivities=()), raising=False)
     search: Any = SimpleNamespace(inference=SimpleNamespace(without=lambda one, effects: Model(effects, 0.0)))
     before: Any = SimpleNamespace(record_gaps={"a.csv": 1.0})

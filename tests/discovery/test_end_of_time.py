@@ -19,7 +19,7 @@ from fibrefit.discovery.forward_selection import Limits
 from fibrefit.discovery.laws import propose, told
 from fibrefit.discovery.laws.told import HeldLaw
 from fibrefit.fitting.checks import COMPLETION
-from fibrefit.fitting.search.multistart import NowhereYet
+from fibrefit.fitting.search.starts import NowhereYet
 from tests.discovery.made import CURVES
 
 NONE: Any = None

@@ -23,9 +23,10 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting import gls
 from fibrefit.fitting import identify as identification
-from fibrefit.fitting.identify import How, identify
+from fibrefit.fitting.evaluated import How
+from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, Starts, total
-from fibrefit.fitting.search import each_by_itself
+from fibrefit.fitting.search import rescue
 from fibrefit.laws.catalogue import find_effect
 from fibrefit.problem.estimate import gauss_newton
 from fibrefit.problem.task import Task
@@ -181,10 +182,10 @@ def fitted_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Task,
         of = {"local": np.asarray(one.problem.layout.local(one.start)), "expected_gap": 1.0, "coefficients": {}}
         return SimpleNamespace(problem=(one.traces[0].name, int(values[0])), **of)
 
-    monkeypatch.setattr(each_by_itself, "optimum", optimum)
-    monkeypatch.setattr(each_by_itself, "evaluate", lambda one, which, local: SimpleNamespace(gap=which))
-    monkeypatch.setattr(each_by_itself, "total", lambda which: gaps[which[0]][which[1]])
-    monkeypatch.setattr(each_by_itself, "_together", lambda *of: {})
+    monkeypatch.setattr(rescue, "optimum", optimum)
+    monkeypatch.setattr(rescue, "evaluate", lambda one, which, local: SimpleNamespace(gap=which))
+    monkeypatch.setattr(rescue, "total", lambda which: gaps[which[0]][which[1]])
+    monkeypatch.setattr(rescue, "_together", lambda *of: {})
     return task, [], gaps
 
 
@@ -197,7 +198,7 @@ def alone(of: tuple[Task, list[str], dict[str, list[float]]], **how: bool) -> An
         others = [np.full(1, float(i)) for i in range(1, len(gaps[asked[-1]]))]
         return SimpleNamespace(cost=np.zeros(1), best=(np.zeros(1), 0.0), others=lambda: others)  # type: ignore[return-value]
 
-    return each_by_itself.each_by_itself(task, search, [1.0, 3.0, 2.0, 1.5, 1.0], **how)
+    return rescue.each_by_itself(task, search, [1.0, 3.0, 2.0, 1.5, 1.0], **how)
 
 
 def test_a_model_that_lacks_something_in_every_record_is_not_fitted_to_each(
@@ -239,7 +240,7 @@ def test_a_record_by_itself_is_followed_from_the_minimum_that_leaves_noise(
 
     # A third is not looked at where the second leaves noise; where none does, the lowest counts.
     for record, left, noise in ((1, 1.05, True), (2, 1.3, False)):
-        end = each_by_itself._end(task.alone(record), ends)
+        end = rescue._end(task.alone(record), ends)
         assert end is not None
         assert (end.gap, end.is_noise) == (left, noise)
     assert len(asked) == len(names)
@@ -345,4 +346,4 @@ def test_a_bounce_is_lost_in_a_record(after: dict[str, float], lost: str | None)
     gaps = [
         {name: {"force": Mock(ratio=gap)} for name, gap in one.items()} for one in ({"a.csv": 1, "b.csv": 1}, after)
     ]
-    assert each_by_itself.lost_beside(*cast(Any, gaps)) == lost
+    assert rescue.lost_beside(*cast(Any, gaps)) == lost

@@ -14,11 +14,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.fitting.checks import check
+from fibrefit.fitting.residuals import phases, spectrum, states
+from fibrefit.problem.diagnose.motion import ResidualSet
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Experiment, Model
 from fibrefit.study import Study, load_study
+from fibrefit.study.summaries.check import Check
 
 RATE = 2000.0
 SAMPLES = 1000
@@ -139,3 +143,12 @@ def write(folder: Path, made: Sequence[Made]) -> None:
             cells = ["" if np.isnan(force) else f"{force:.2f}", "" if np.isnan(position) else f"{position:.3f}"]
             rows.append(",".join([f"{t:.4f}", *cells]))
         (folder / one.name).write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+
+def structure_checks(residual_set: ResidualSet) -> tuple[Check, ...]:
+    """Checks of spectrum, phases and states, in this order."""
+    return (
+        check("residual_spectrum", spectrum(residual_set)),
+        check("residual_phase", phases(residual_set)),
+        check("residual_state", states(residual_set)),
+    )

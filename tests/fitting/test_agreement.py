@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fibrefit.fitting import values as agreement
+from fibrefit.fitting.checks import check as judge
 from fibrefit.fitting.error_bars import error_bars
-from fibrefit.fitting.misfit import agreement
 from fibrefit.fitting.search.optimum import _predicted_reduction
 from fibrefit.fitting.thresholds import RARE_SCATTER
 from fibrefit.fitting.uncertainty import Scores, newey_west_of
@@ -40,7 +41,8 @@ def fitted(number: int, seed: int, differ: float = 0.0, loud: float = 1.0) -> Sc
 
 def check(scores: Scores) -> Check | None:
     bars = error_bars(PROBLEM, scores, RATE)
-    return agreement.records_agree(PROBLEM, np.zeros(scores.size), scores, bars, RATE)
+    found = agreement.records_agree(PROBLEM, np.zeros(scores.size), scores, bars, RATE)
+    return None if found is None else judge("records_agree", found)
 
 
 def chance(scores: Scores) -> float:

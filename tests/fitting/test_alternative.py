@@ -9,7 +9,7 @@ import pytest
 
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.identify import identify
-from fibrefit.fitting.misfit.alternative import Alternative
+from fibrefit.fitting.misstatements import Alternative
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative
 from fibrefit.laws.fibre.hardening import Hardening
@@ -112,7 +112,7 @@ def test_a_law_that_leaves_the_values_as_they_are_fails_no_fit(tmp_path: Path) -
 
 @pytest.mark.slow
 def test_a_sound_fit_is_not_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fibrefit.fitting.identify.best_alternative", lambda *given: pytest.fail("it was asked"))
+    monkeypatch.setattr("fibrefit.fitting.checks.best_alternative", lambda *given: pytest.fail("it was asked"))
     assert of_one_drop(tmp_path).status == "ok"
 
 
@@ -154,7 +154,7 @@ def test_every_law_a_fit_is_held_against_has_its_words() -> None:
     for name, law in held.items():
         first = law.parameters[0]
         told_of = Alternative(name, 1.02 * first.typical, first.unit, "damping", "N s/m", 9.0, 4.0, 2.2)
-        says = fit_sentence(judge.explained_otherwise(told_of))
+        says = fit_sentence(judge.check("otherwise", judge.explained_otherwise(told_of)))
         assert "damping would be 4 N s/m in place of 9 N s/m: another by a factor of 2.2" in says, says
         assert says.endswith(
             "look at what the study states." if name in STATED_OTHERWISE else "run fibrefit discover."

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fibrefit.fitting.checks import check as judge
 from fibrefit.fitting.error_bars import error_bars, estimates
-from fibrefit.fitting.estimates import ErrorBars
-from fibrefit.fitting.misfit.at_bounds import AtBound, at_bounds, inside_bounds, pulls_of_gls, pulls_of_plain, with_ends
 from fibrefit.fitting.thresholds import CHANCE
-from fibrefit.fitting.uncertainty import Scores
+from fibrefit.fitting.uncertainty import ErrorBars, Scores
+from fibrefit.fitting.values import AtBound, at_bounds, beyond_bounds, pulls_of_gls, pulls_of_plain, with_ends
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Place, Unknowns
@@ -55,7 +55,7 @@ def judged(truth: float, seed: int) -> tuple[Check, tuple[AtBound, ...], float, 
     covariance = np.linalg.inv(scores.normal_matrix())
     found = estimates(PROBLEM, values, ErrorBars({"white": covariance}, "white"))
     places = at_bounds(LAYOUT, found, partial(pulls_of_plain, PROBLEM, scores, RATE))
-    return inside_bounds(places), places, free, float(np.sqrt(covariance[1, 1]))
+    return judge("bounds", beyond_bounds(places)), places, free, float(np.sqrt(covariance[1, 1]))
 
 
 def test_a_friction_that_truly_is_zero_is_not_said_to_be_stopped() -> None:
@@ -83,19 +83,19 @@ def test_one_that_a_bound_stops_is() -> None:
 
 def test_what_is_known_of_a_value_at_its_bound_is_told() -> None:
     near = AtBound("friction", "N", 0.0, 0.35, True, 1.2)
-    check = inside_bounds((near,))
+    check = judge("bounds", beyond_bounds((near,)))
     assert fit_sentence(check) == "friction is not distinguishable from 0 N, at most 0.35 N (95 %)."
     above = AtBound("damping[sub/Fall 10mm.csv]", "N s/m", 20.0, 18.5, False, 0.0)
-    assert fit_sentence(inside_bounds((above,))) == (
+    assert fit_sentence(judge("bounds", beyond_bounds((above,)))) == (
         'damping of "Fall 10mm" is not distinguishable from 20 N s/m, at least 18.5 N s/m (95 %).'
     )
     far = near._replace(name="damping[b.csv]", pull=8.0)
-    assert fit_sentence(inside_bounds((near, far))) == (
+    assert fit_sentence(judge("bounds", beyond_bounds((near, far)))) == (
         'damping of "b" stopped at the bound: the data want a value beyond it, by 8 standard errors; chance explains '
         "3.3 at the most. The model or the bound is wrong. friction is not distinguishable from 0 N, at most 0.35 N "
         "(95 %)."
     )
-    assert fit_sentence(inside_bounds(())) == "No parameter lies at a bound."
+    assert fit_sentence(judge("bounds", beyond_bounds(()))) == "No parameter lies at a bound."
 
 
 def test_what_a_bound_keeps_from_being_explained_is_no_error_of_the_value() -> None:
@@ -112,7 +112,7 @@ def test_a_value_that_no_record_sees_is_stopped_by_nothing() -> None:
     found = estimates(PROBLEM, np.array([1.0, 0.0]), blind)
     (place,) = at_bounds(LAYOUT, found, lambda: np.zeros(2))
     assert (place.pull, place.end) == (0.0, np.inf)
-    assert fit_sentence(inside_bounds((place,))) == "friction is not distinguishable from 0 N."
+    assert fit_sentence(judge("bounds", beyond_bounds((place,)))) == "friction is not distinguishable from 0 N."
     columns = slopes() * [1.0, 0.0]
     unseen = Scores(np.ones((1, 1, SAMPLES)), columns[None, None], np.array([SAMPLES]), np.array([[0, 1]]), 2)
     assert pulls_of_plain(PROBLEM, unseen, RATE)[1] == 0.0
@@ -170,7 +170,7 @@ def test_what_a_record_has_for_itself_lies_as_far_beyond_its_bound_as_it_would(v
     free: Any = SimpleNamespace(at_bound=False)
     found: Any = [SimpleNamespace(found=free), SimpleNamespace(found=one)]
     (place,) = at_bounds(LAYOUT, found, lambda: np.zeros(2))
-    check = inside_bounds((place,))
+    check = judge("bounds", beyond_bounds((place,)))
     assert check.passed is passes
     assert check.statistic == pytest.approx(-value / 0.1)
     # It is told as at most what may be.
@@ -179,8 +179,6 @@ def test_what_a_record_has_for_itself_lies_as_far_beyond_its_bound_as_it_would(v
 
 def test_the_end_that_is_told_is_that_of_the_interval_that_is_reported() -> None:
     """Intervals are widened, or profiled, after it was asked whether the value is at its bound by chance."""
-    check = inside_bounds((AtBound("friction", "N", 0.0, 0.35, True, 1.2), AtBound("gone", "N", 0.0, 0.1, True, 0.0)))
+    places = (AtBound("friction", "N", 0.0, 0.35, True, 1.2), AtBound("gone", "N", 0.0, 0.1, True, 0.0))
     found: Any = [SimpleNamespace(found=SimpleNamespace(interval_95=(0.0, end))) for end in (9.0, 0.8)]
-    wider = with_ends(check, LAYOUT, found)
-    assert [one.end for one in wider.facts["by_chance"]] == [0.8, 0.1]
-    assert wider.passed
+    assert [one.end for one in with_ends(places, LAYOUT, found)] == [0.8, 0.1]

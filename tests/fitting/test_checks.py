@@ -12,11 +12,11 @@ import pytest
 from fibrefit.core.declarations import HELD, LOADING, REST, SLACK, UNLOADING
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting.advice import advice
-from fibrefit.fitting.identifiability import Weakness, weaknesses
-from fibrefit.fitting.misfit.at_bounds import AtBound, inside_bounds
-from fibrefit.fitting.misfit.structure import _spectrum, structure_checks
-from fibrefit.fitting.result import Identification, Starts
+from fibrefit.fitting.error_bars import at_bound
+from fibrefit.fitting.residuals import spectrum
+from fibrefit.fitting.result import Advice, Found, Identification, Starts
 from fibrefit.fitting.uncertainty import sandwich
+from fibrefit.fitting.values import AtBound, Weakness, beyond_bounds, weaknesses
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, Range, Slot
@@ -25,6 +25,7 @@ from fibrefit.report.sentences.fit import advice_sentence, fit_sentence, weaknes
 from fibrefit.simulation.model import Experiment
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.results import ChannelGap, InputErrorSummary
+from tests.fitting.made import structure_checks
 
 RATE, RECORDS, SAMPLES = 2000.0, 5, 3000
 CHANNELS = ("force", "position")
@@ -48,122 +49,177 @@ QUIET, CHATTER = np.array([False, False]), np.array([False, True])
 FAR = AtBound("damping", "N s/m", 20.0, 19.0, False, 9.0)
 TIED = (Weakness(("a", "b"), "tied", correlation=0.999, slope=2.0),)
 
-PAIRS: list[tuple[str, Check, Check, str]] = [
+PAIRS: list[tuple[str, str, Found, Found, str]] = [
     (
         "arrived",
-        judge.converged(1e-4, True),
+        "convergence",
+        judge.converged(0.0001, True),
         judge.converged(0.5, True),
         "The cost would fall by 0.5 in another step; at most 0.01",
     ),
     (
         "arrived by its own word",
-        judge.converged(1e-4, True),
-        judge.converged(1e-4, False),
+        "convergence",
+        judge.converged(0.0001, True),
+        judge.converged(0.0001, False),
         "The solver ended at a kink",
     ),
-    ("finite", judge.finite(FINITE, QUIET, ("a", "b")), judge.finite(NAN, QUIET, ("a", "b")), "is not finite"),
+    (
+        "finite",
+        "simulation",
+        judge.finite(FINITE, QUIET, ("a", "b")),
+        judge.finite(NAN, QUIET, ("a", "b")),
+        "is not finite",
+    ),
     (
         "no chatter",
+        "simulation",
         judge.finite(FINITE, QUIET, ("a", "b")),
         judge.finite(FINITE, CHATTER, ("a.csv", "b.csv")),
         "for b.csv switches faster than can be followed",
     ),
-    ("second place", judge.second_solver(0.01, 0.0), judge.second_solver(3.0, -0.2), "ends 3 standard errors away"),
-    ("second cost", judge.second_solver(0.01, 0.0), judge.second_solver(0.01, 4.0), "with a cost 4 lower"),
+    (
+        "second place",
+        "second_solver",
+        judge.second_solver(0.01, 0.0),
+        judge.second_solver(3.0, -0.2),
+        "ends 3 standard errors away",
+    ),
+    (
+        "second cost",
+        "second_solver",
+        judge.second_solver(0.01, 0.0),
+        judge.second_solver(0.01, 4.0),
+        "with a cost 4 lower",
+    ),
     (
         "the best minimum was found",
+        "starts",
         judge.starts_agree(starts([0, 0, 0, 0, 1], [1.0] * 4 + [9.0])),
         judge.starts_agree(starts([0, 1, 1, -1], [1.0, 9.0, 9.0, np.inf])),
         "1 of 4 starts ended in the best minimum. 2 ended in others, the nearest with residuals 3 times as large",
     ),
     (
         "few starts find what leaves only noise",
+        "starts",
         judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True),
         judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 1.02, 9.0]), noise=True),
         "2 of 4 starts ended in the best minimum. 2 ended in others, the nearest with residuals 1.01 times as large",
     ),
     (
         "few minima in many starts",
+        "starts",
         judge.starts_agree(starts([0] * 4 + [1] * 12, [1.0] * 4 + [9.0] * 12)),
         judge.starts_agree(starts([0] * 4 + list(range(1, 13)), [1.0] * 4 + [9.0] * 12)),
         "a further start would find another minimum with a probability of 76 %. A better one may have been missed",
     ),
     (
         "a minimum met once",
+        "starts",
         judge.starts_agree(starts([0] * 2 + [1] * 14, [1.0] * 2 + [9.0] * 14)),
         judge.starts_agree(starts([0] + [1] * 15, [1.0] + [9.0] * 15)),
         "1 of 16 starts ended in the best minimum.",
     ),
     (
         "one start is luck",
+        "starts",
         judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True),
         judge.starts_agree(starts([0, 1, 1, 1], [1.0, 9.0, 9.0, 9.0]), noise=True),
         "1 of 4 starts ended in the best minimum.",
     ),
     (
         "one start alone",
+        "starts",
         judge.starts_agree(starts([0, 0], [1.0, 1.0])),
         judge.starts_agree(starts([0], [1.0])),
         "One start agrees with itself: whether there is a better minimum is not known without more.",
     ),
     (
         "one start where a search ended",
+        "starts",
         judge.starts_agree(dataclasses.replace(starts([0], [1.0]), followed=True)),
         judge.starts_agree(starts([0, -1], [1.0, np.inf])),
         "1 of 2 starts ended in the best minimum. 1 led nowhere and was given up. One start agrees with itself",
     ),
     (
         "starts led elsewhere",
+        "starts",
         judge.starts_agree(starts([0, 1, 2, 3], [1.0, 1.01, 1.02, 1.03]), noise=True, nats=11.0),
         judge.starts_agree(starts([0, 1, 2, 3], [1.0, 1.01, 1.02, 1.03]), noise=True, nats=9.0),
         "the next of these minima is 9 nats less probable; at least 10 less are expected",
     ),
     (
         "starts that were not followed",
+        "starts",
         judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True),
         judge.starts_agree(starts([0, 0, 1, 1], [1.0, 1.0, 9.0, 9.0]), noise=True, nats=-3.0),
         "the next of these minima is 3 nats more probable",
     ),
     (
         "second led elsewhere",
+        "second_solver",
         judge.led_by_second_solver(3.0, 11.0),
         judge.led_by_second_solver(3.0, 9.0),
         "the likelihood leads 3 standard errors away, to what is 9 nats less probable",
     ),
     (
         "second led nowhere",
+        "second_solver",
         judge.led_by_second_solver(0.4, 1.0),
         judge.led_by_second_solver(np.inf, 0.0),
         "the likelihood leads nowhere",
     ),
     (
         "second led to better",
+        "second_solver",
         judge.led_by_second_solver(0.4, -2.0),
         judge.led_by_second_solver(3.0, -2.0),
         "the likelihood leads 3 standard errors away, to what is 2 nats more probable",
     ),
-    ("inside bounds", inside_bounds(()), inside_bounds((FAR,)), "damping stopped at the bound"),
-    ("determined", judge.determined(()), judge.determined(TIED), "Only a combination of a and b"),
+    ("inside bounds", "bounds", beyond_bounds(()), beyond_bounds((FAR,)), "damping stopped at the bound"),
+    (
+        "determined",
+        "identifiability",
+        judge.none_of(weak=()),
+        judge.none_of(weak=TIED),
+        "Only a combination of a and b",
+    ),
     (
         "gap",
+        "residual_size",
         judge.gap_is_noise(gap(1.05)),
         judge.gap_is_noise(gap(2.0)),
         "RMS is 2 times the noise; at most 1.1 is expected. The model lacks",
     ),
     (
         "gap with noisy inputs",
+        "residual_size",
         judge.gap_is_noise(gap(1.3), expected=1.3),
         judge.gap_is_noise(gap(1.5), expected=1.3),
         "The model lacks something",
     ),
-    ("noise seen", judge.noise_seen(known(500), ()), judge.noise_seen(known(0), ()), "hold no rest: noise of force"),
-    ("noise stated", judge.noise_seen(known(0), ("force",)), judge.noise_seen(known(0), ()), "State it under [noise]"),
+    (
+        "noise seen",
+        "noise_level",
+        judge.noise_seen(known(500), ()),
+        judge.noise_seen(known(0), ()),
+        "hold no rest: noise of force",
+    ),
+    (
+        "noise stated",
+        "noise_level",
+        judge.noise_seen(known(0), ("force",)),
+        judge.noise_seen(known(0), ()),
+        "State it under [noise]",
+    ),
 ]
 
 
-@pytest.mark.parametrize(("good", "bad", "says"), [row[1:] for row in PAIRS], ids=[row[0] for row in PAIRS])
-def test_each_check_passes_and_fails(good: Check, bad: Check, says: str) -> None:
-    assert good.name == bad.name
+@pytest.mark.parametrize(
+    ("identifier", "passes", "fails", "says"), [row[1:] for row in PAIRS], ids=[row[0] for row in PAIRS]
+)
+def test_each_check_passes_and_fails(identifier: str, passes: Found, fails: Found, says: str) -> None:
+    good, bad = judge.check(identifier, passes), judge.check(identifier, fails)
     assert good.passed
     assert not bad.passed
     assert says in fit_sentence(bad)
@@ -173,17 +229,17 @@ def test_each_check_passes_and_fails(good: Check, bad: Check, says: str) -> None
 
 
 def test_only_what_makes_a_result_useless_is_fatal() -> None:
-    assert judge.converged(50.0, True).fatal
-    assert not judge.converged(1.0, True).fatal
-    assert judge.finite(NAN, QUIET, ("a", "b")).fatal
-    assert not judge.gap_is_noise(gap(50.0)).fatal
+    assert judge.check("convergence", judge.converged(50.0, True)).fatal
+    assert not judge.check("convergence", judge.converged(1.0, True)).fatal
+    assert judge.check("simulation", judge.finite(NAN, QUIET, ("a", "b"))).fatal
+    assert not judge.check("residual_size", judge.gap_is_noise(gap(50.0))).fatal
 
 
 @pytest.mark.parametrize(
     ("value", "error", "stopped"), [(0.001, 1.0, True), (0.3, 1.0, False), (99.99, 1.0, True), (0.0, np.inf, True)]
 )
 def test_an_estimate_is_at_a_bound_within_a_tenth_of_its_error(value: float, error: float, stopped: bool) -> None:
-    assert judge.at_bound(value, error, Range(0.0, 100.0, 10.0)) is stopped
+    assert at_bound(value, error, Range(0.0, 100.0, 10.0)) is stopped
 
 
 @pytest.fixture(scope="module")
@@ -224,9 +280,9 @@ def test_noise_alone_passes_all_checks_of_structure(clean: ResidualSet) -> None:
 
 def test_a_tone_is_seen_in_the_spectrum(clean: ResidualSet) -> None:
     tone = 0.5 * np.sin(2.0 * np.pi * 130.0 * np.arange(SAMPLES) / RATE)
-    spectrum, _, states = changed(clean, 1, tone)
-    assert not spectrum.passed
-    assert "position between 125 and 250 Hz" in fit_sentence(spectrum)
+    octaves, _, states = changed(clean, 1, tone)
+    assert not octaves.passed
+    assert "position between 125 and 250 Hz" in fit_sentence(octaves)
     assert states.passed
 
 
@@ -241,7 +297,8 @@ def test_half_of_the_samples_tell_as_much_of_the_spectrum(clean: ResidualSet, to
     problem: Any = SimpleNamespace(observations=data._replace(weight=weight), model=clean.problem.model)
     residuals = seen * (random.standard_normal(seen.shape) + wave)
     each = dict.fromkeys(CHANNELS, noise)
-    assert _spectrum(ResidualSet(problem, residuals, clean.motion, each, each)).passed is passed
+    found = spectrum(ResidualSet(problem, residuals, clean.motion, each, each))
+    assert judge.check("residual_spectrum", found).passed is passed
 
 
 def test_a_phase_that_is_explained_badly_is_named(clean: ResidualSet) -> None:
@@ -298,14 +355,16 @@ def test_each_record_is_judged_at_its_own_rate(clean: ResidualSet, order: int) -
     )
     problem: Any = SimpleNamespace(observations=there, model=clean.problem.model)
     each = dict.fromkeys(CHANNELS, noise)
-    spectrum = _spectrum(ResidualSet(problem, residuals, clean.motion, each, each))
-    assert spectrum.passed
-    assert spectrum.statistic < 1.2
+    check = judge.check("residual_spectrum", spectrum(ResidualSet(problem, residuals, clean.motion, each, each)))
+    assert check.passed
+    assert check.statistic is not None
+    assert check.statistic < 1.2
 
 
 @pytest.mark.parametrize(("rms", "passed"), [(0.8, True), (1.1, True), (1.3, False)])
 def test_an_input_may_be_wrong_by_its_noise_and_no_more(rms: float, passed: bool) -> None:
-    (check,) = judge.inputs_within_noise({"drive": InputErrorSummary(rms=rms * 1e-5, noise=1e-5, unit="m")})
+    (found,) = judge.inputs_within_noise({"drive": InputErrorSummary(rms=rms * 1e-5, noise=1e-5, unit="m")})
+    check = judge.check("{}_error", found)
     assert check.passed is passed
     assert (
         passed
@@ -318,12 +377,13 @@ def test_an_input_may_be_wrong_by_its_noise_and_no_more(rms: float, passed: bool
 def test_noise_of_an_input_where_no_error_is_looked_for_is_no_excuse() -> None:
     """White noise of 10 um at 5 kHz has 2 um up to 100 Hz: an error of 5 um there is what the model lacks."""
     error = InputErrorSummary(rms=5e-6, noise=1e-5, unit="m", looked_for=2e-6)
-    (check,) = judge.inputs_within_noise({"drive": error})
+    check = judge.check("{}_error", judge.inputs_within_noise({"drive": error})[0])
     assert (check.passed, check.statistic) == (False, pytest.approx(2.5))
 
 
 def test_an_input_whose_error_was_given_up_is_said_to_be() -> None:
-    (check,) = judge.inputs_within_noise({"drive": InputErrorSummary(rms=0.0, noise=1e-5, unit="m")})
+    (found,) = judge.inputs_within_noise({"drive": InputErrorSummary(rms=0.0, noise=1e-5, unit="m")})
+    check = judge.check("{}_error", found)
     assert not check.passed
     assert (
         fit_sentence(check)
@@ -405,14 +465,21 @@ def test_a_value_of_either_sign_may_be_near_nil_and_well_known() -> None:
 def test_advice_follows_from_what_failed(found: Identification) -> None:
     problem, values = found.problem, found.values
     normal = np.linalg.inv(found.covariance)
-    ask = lambda weak, *failed: advice(  # noqa: E731
-        problem,
-        values,
-        normal,
-        found.covariance,
-        weak,
-        tuple(Check(name="", passed=False, identifier=name) for name in failed),
-    )
+
+    def ask(weak: tuple[Weakness, ...], *failed: str) -> tuple[Advice, ...]:
+        checks = tuple(Check(name="", passed=False, identifier=name) for name in failed)
+        checks += tuple(Check(name="", passed=False, identifier="identifiability") for _ in weak[:1])
+        of: Any = SimpleNamespace(
+            problem=problem,
+            values=values,
+            weak=weak,
+            bars=SimpleNamespace(covariance=found.covariance),
+            search=SimpleNamespace(plain=SimpleNamespace(scores=SimpleNamespace(normal_matrix=lambda: normal))),
+            passed=lambda name: name not in {check.identifier for check in checks},
+            residual_set=found.residual_set,
+        )
+        return advice(of, checks)
+
     assert ask(()) == ()
     assert "fibrefit discover" in advice_sentence(ask((), "residual_size")[0])
     assert "rests tell the noise" in advice_sentence(ask((), "noise_level")[0])

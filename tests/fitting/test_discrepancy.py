@@ -8,18 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fibrefit.fitting.error_bars import ErrorBars, estimates
-from fibrefit.fitting.misfit.discrepancy import (
-    CELLS,
-    METHOD,
-    PARTS,
-    _cells,
-    _without_parts,
-    most_doubtful,
-    with_discrepancy,
-)
-from fibrefit.fitting.uncertainty import Scores, sandwich, white
-from fibrefit.problem.diagnose.motion import FORWARDS, HELD, Motion
+from fibrefit.core.declarations import FORWARDS, HELD
+from fibrefit.fitting.error_bars import METHOD, PARTS, _cells, _without_parts, estimates, with_discrepancy
+from fibrefit.fitting.residuals import CELLS
+from fibrefit.fitting.uncertainty import ErrorBars, Scores, sandwich, white
+from fibrefit.fitting.values import most_doubtful
+from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.statement.layout import Range
 
 SAMPLES = 4800

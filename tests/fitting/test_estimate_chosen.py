@@ -10,15 +10,19 @@ import pytest
 
 from fibrefit.fitting import checks as judge
 from fibrefit.fitting import gls, identify, reported
-from fibrefit.fitting.estimates import Why
-from fibrefit.fitting.identify import How, _apart, _may_lose_bounces
-from fibrefit.fitting.reported import Sound
+from fibrefit.fitting.checks import DECIDING
+from fibrefit.fitting.evaluated import EvaluatedEstimate, How, SearchEnd
+from fibrefit.fitting.identify import _apart, _may_lose_bounces
+from fibrefit.fitting.result import Why
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.fitting.thresholds import ROUGHLY
-from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.check import SIZE, Check
 from tests.fitting.test_checks import gap
 
-GOOD, BAD = judge.converged(0.0, True), judge.converged(1.0, True)
+GOOD, BAD = (
+    judge.check("convergence", judge.converged(0.0, True)),
+    judge.check("convergence", judge.converged(1.0, True)),
+)
 
 
 def found_with(ratio: float, why: str = "gls", *failed: str) -> Any:
@@ -88,34 +92,42 @@ def test_records_by_themselves_are_taken_where_less_is_held_against_them(
         assert (found is own) is taken
 
 
-def likelihood(sound: Sound, ratio: float, inputs: bool, monkeypatch: pytest.MonkeyPatch, differ: bool = False) -> str:
+def likelihood(
+    monkeypatch: pytest.MonkeyPatch, ratio: float, inputs: bool = True, differ: bool = False, **outcomes: Check
+) -> str:
     """Why what is reported, of a likelihood that leaves records with such a gap."""
+    found = {row.identifier: GOOD for row in DECIDING} | outcomes
+    passed = {name: (check.model_copy(update={"identifier": name}),) for name, check in found.items()}
+    plain: Any = SimpleNamespace(input_errors={"drive": 1} if inputs else {}, expected_gap=1.0)
+    starts = SimpleNamespace(cost=np.zeros(1))
+    task: Any = SimpleNamespace(problem=SimpleNamespace(soft_beyond=None))
+    search: Any = SearchEnd(task, How(), starts, None, plain, None)  # type: ignore[arg-type]
     seen = SimpleNamespace(record_gaps={"a": gap(1.0), "b": gap(ratio)}, gap=gap(ratio))
-    of_gls: Any = reported.Reported(
-        None, None, None, None, SimpleNamespace(records_differ=differ), seen, sound, {}, {}, 1.0  # type: ignore[arg-type]
+    gls = SimpleNamespace(records_differ=differ, expected_gap=1.0)
+    of_gls: Any = EvaluatedEstimate(
+        search, plain, None, None, None, (), None, gls, seen, {}, 0.0, outcomes=passed  # type: ignore[arg-type]
     )  # fmt: skip
-    monkeypatch.setattr(reported, "gls_estimate", lambda *of: SimpleNamespace(records_differ=differ))
+    monkeypatch.setattr(reported, "gls_estimate", lambda *of: gls)
     monkeypatch.setattr(reported, "_of_gls", lambda *of: of_gls)
     monkeypatch.setattr(reported, "_of_plain", lambda *of: of_gls)
     monkeypatch.setattr(reported, "_compared", lambda *of: ())
-    task: Any = SimpleNamespace(problem=SimpleNamespace(soft_beyond=None))
-    plain: Any = SimpleNamespace(input_errors={"drive": 1} if inputs else {})
-    return reported.reported(task, plain, None, True).why.identifier  # type: ignore[arg-type]
+    return reported.reported(search).why.identifier
 
 
 def test_noise_that_is_louder_than_at_rest_lets_the_likelihood_stand(monkeypatch: pytest.MonkeyPatch) -> None:
-    loud, quiet = judge.gap_is_noise(gap(1.2)), judge.gap_is_noise(gap(1.0))
-    assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, GOOD)), 1.2, True, monkeypatch) == "louder"
+    loud, quiet = (judge.check(SIZE, judge.gap_is_noise(gap(ratio))) for ratio in (1.2, 1.0))
+    assert likelihood(monkeypatch, 1.2, residual_size=loud) == "louder"
     # Of exact inputs there are no errors that plain least squares would take it for.
-    assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, GOOD)), 1.2, False, monkeypatch) == "not_noise"
+    assert likelihood(monkeypatch, 1.2, inputs=False, residual_size=loud) == "not_noise"
     # Records that differ it would take for alike.
-    assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, GOOD)), 1.2, False, monkeypatch, differ=True) == "louder"
-    assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, BAD)), 1.2, False, monkeypatch, differ=True) != "louder"
+    assert likelihood(monkeypatch, 1.2, inputs=False, differ=True, residual_size=loud) == "louder"
+    differ = likelihood(monkeypatch, 1.2, inputs=False, differ=True, residual_size=loud, residual_phase=BAD)
+    assert differ != "louder"
     # Nor where a record leaves more, where it has the structure of no noise, whatever its size, or without a mode.
-    assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, GOOD)), 1.3, True, monkeypatch) == "not_noise"
-    assert likelihood(Sound(GOOD, GOOD, loud, (GOOD, BAD)), 1.2, True, monkeypatch) == "not_noise"
-    assert likelihood(Sound(GOOD, GOOD, quiet, (GOOD, BAD)), 1.0, True, monkeypatch) == "not_noise"
-    assert likelihood(Sound(BAD, GOOD, loud, (GOOD, GOOD)), 1.2, True, monkeypatch) == "not_noise"
+    assert likelihood(monkeypatch, 1.3, residual_size=loud) == "not_noise"
+    assert likelihood(monkeypatch, 1.2, residual_size=loud, residual_phase=BAD) == "not_noise"
+    assert likelihood(monkeypatch, 1.0, residual_size=quiet, residual_phase=BAD) == "not_noise"
+    assert likelihood(monkeypatch, 1.2, residual_size=loud, convergence=BAD) == "not_noise"
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,10 @@ import pytest
 
 from fibrefit.core.limits import check_time, cuts_noted, time_limit
 from fibrefit.fitting import gls
-from fibrefit.fitting.identify import How, identify
+from fibrefit.fitting.evaluated import How
+from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search.multistart import STARTS_AT_ONCE, Searched, latin_hypercube_starts, search
+from fibrefit.fitting.search.starts import STARTS_AT_ONCE, Searched, latin_hypercube_starts, search
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.fit import estimator_sentence, fit_sentence
 
@@ -123,8 +124,7 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
     clock = SimpleNamespace(monotonic=lambda: now[0])
     monkeypatch.setattr(gls, "time", clock)
     monkeypatch.setattr("fibrefit.core.limits.time", clock)
-    monkeypatch.setattr(gls, "_at_mode", at_mode)
-    monkeypatch.setattr(gls, "_seen", lambda *of: None)
+    monkeypatch.setattr(gls, "_next_look", at_mode)
     monkeypatch.setattr(gls, "_linearisation", lambda _, found: gls._Linearisation(found, True, 0.5, lefts[found.name]))
 
     def kept(seconds: float) -> tuple[str, bool]:
@@ -142,7 +142,7 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
         check_time()
 
     names = iter("b")
-    monkeypatch.setattr(gls, "_seen", lambda _, found: late() if found.name == "b" else None)
+    monkeypatch.setattr(gls, "_next_look", lambda _, bars, found: late() if found.name == "b" else at_mode())
     assert kept(1.0) == ("b", True)
     # Where nothing more is to be gained it is not the time that ends it.
     monkeypatch.setattr(gls, "_tells_more", lambda *of: False)

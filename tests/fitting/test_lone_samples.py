@@ -8,8 +8,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.fitting.advice import Advice, with_lone_samples
-from fibrefit.fitting.misfit.lone_samples import LoneSamples, lone_samples
+from fibrefit.fitting.advice import with_lone_samples
+from fibrefit.fitting.residuals import LoneSamples, lone_samples
+from fibrefit.fitting.result import Advice
 from fibrefit.report.sentences.fit import advice_sentence
 
 LENGTH, RATE = 2000, 2000.0

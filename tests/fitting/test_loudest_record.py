@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting.misfit.loudest_record import loudest_record, scatter_of_noise
+from fibrefit.fitting.residuals import loudest_record, scatter_of_noise
 from fibrefit.fitting.result import record_sizes, total
 from fibrefit.fitting.thresholds import LOUDER_THAN_AT_REST
 from fibrefit.problem.noise.spectrum import Noise
@@ -49,8 +49,8 @@ def gaps(residuals: np.ndarray) -> dict[str, dict[str, ChannelGap]]:
 
 
 def judged(residuals: np.ndarray, noise: Noise, expected: float = 1.0) -> Check:
-    (check,) = loudest_record(record_sizes(gaps(residuals)), residual_set(residuals, noise), expected)
-    return check
+    found = loudest_record(record_sizes(gaps(residuals)), residual_set(residuals, noise), expected)
+    return judge.check("loudest_record", found)
 
 
 def drawn(number: int, count: int, noise: Noise, seed: int) -> np.ndarray:
@@ -65,8 +65,8 @@ def test_a_record_that_hides_among_equal_ones_is_named(number: int, loud: float)
     # Residuals of a lost bounce last: third differences hardly see them.
     wave = np.sqrt(2.0 * (loud**2 - 1.0)) * np.sin(2.0 * np.pi * 7.0 * np.arange(4000) / RATE)
     residuals[3] += wave
-    whole = {"force": ChannelGap.against_noise(1.0, float(np.sqrt(np.mean(residuals**2))), "N")}
-    assert judge.gap_is_noise(whole).passed
+    whole = {"force": ChannelGap.beside(1.0, float(np.sqrt(np.mean(residuals**2))), "N")}
+    assert judge.check("residual_size", judge.gap_is_noise(whole)).passed
     check = judged(residuals, WHITE)
     assert not check.passed
     assert check.statistic == pytest.approx(loud, rel=0.1)
@@ -92,9 +92,9 @@ def test_a_short_record_is_seen_beside_long_ones() -> None:
     found = residual_set(residuals, WHITE)
     found.counts[5], found.counted[5, :, 400:] = 400, False
     sizes = dict.fromkeys(map(str, range(8)), 1.0) | {"5": 1.6}
-    (check,) = loudest_record(sizes, found, 1.0)
-    assert (check.passed, check.facts["record"]) == (False, "5")
-    assert loudest_record(sizes | {"5": 1.2}, found, 1.0)[0].passed
+    loudest = loudest_record(sizes, found, 1.0)
+    assert (loudest.passed, loudest.facts["record"]) == (False, "5")
+    assert loudest_record(sizes | {"5": 1.2}, found, 1.0).passed
 
 
 def test_noise_that_is_louder_at_all_frequencies_is_noise() -> None:
@@ -108,8 +108,11 @@ def test_noise_that_is_louder_at_all_frequencies_is_noise() -> None:
 def test_what_is_expected_counts_and_one_record_is_judged_by_the_gap() -> None:
     residuals = drawn(5, 4000, WHITE, 4)
     assert not judged(residuals, WHITE, expected=0.7).passed
-    assert loudest_record({"a": 3.0}, residual_set(residuals[:1], WHITE), 1.0) == ()
-    lost = loudest_record({"a": 1.0, "b": np.nan}, residual_set(residuals[:2], WHITE), 1.0)[0]
+    alone: Any = SimpleNamespace(seen=SimpleNamespace(record_gaps={"a": {}}), outcomes={})
+    assert judge.checks_of(alone, [row for row in judge.CHECKS if row.identifier == "loudest_record"]) == ()
+    lost = judge.check(
+        "loudest_record", loudest_record({"a": 1.0, "b": np.nan}, residual_set(residuals[:2], WHITE), 1.0)
+    )
     assert not lost.passed
     assert '"b" is not known' in fit_sentence(lost)
 

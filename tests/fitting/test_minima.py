@@ -11,15 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-import fibrefit.fitting.identify as identifying
 from fibrefit.core.limits import check_time, time_limit
-from fibrefit.fitting import minima
-from fibrefit.fitting.identify import How, identify
-from fibrefit.fitting.minima import Led, Minima, SecondSolver
+from fibrefit.fitting import checks as judge
+from fibrefit.fitting.evaluated import How
+from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Starts
+from fibrefit.fitting.search import rescue as identifying
+from fibrefit.fitting.search.rescue import SecondSolver
 from fibrefit.fitting.search.solve import Descent
 from fibrefit.problem.estimate.gauss_newton import Effort, mode
 from fibrefit.study import load_study
+from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.prepare import task_of
 from tests.problem.toys import NAMES, begun, gram_of, unknowns
 from tests.validation.cases import interval_cases
@@ -33,27 +35,42 @@ def starts_of(cost: list[float]) -> Starts:
     return Starts(("stiffness",), each, each, each, of, np.ones(len(cost), dtype=int), np.arange(len(cost)), len(cost))
 
 
+Led = tuple[float, float]
+"""Where the likelihood leads from another minimum: see `led_from`."""
+
+
 def beside(
     monkeypatch: pytest.MonkeyPatch, led: dict[float, Led], noise: bool = True, gls: bool = True, **facts: Any
-) -> Minima:
-    """Minima of one shared value, which tells them apart; the likelihood leads from each to what is stated."""
-    monkeypatch.setattr(minima, "_led", lambda gls, values: led[float(values[0])])
-    monkeypatch.setattr(minima, "optimum", lambda task, values: Any)
-    monkeypatch.setattr(minima, "convergence_unit", lambda problem, bars: 1.0)
-    of: Any = SimpleNamespace(
-        sound=SimpleNamespace(gap=SimpleNamespace(passed=noise)), gls=gls or None, may_be_noise=facts.get("like", noise)
-    )
-    plain: Any = SimpleNamespace(
+) -> Any:
+    """An estimate of one shared value, which tells minima apart; the likelihood leads from each to what is stated."""
+    monkeypatch.setattr(judge, "led_from", lambda gls, values: led[float(values[0])])
+    monkeypatch.setattr(judge, "optimum", lambda task, values: Any)
+    plain = SimpleNamespace(
         input_errors={"drive": 1}, values=np.zeros(1), problem=None, local=0.0, coefficients=None,
         differ=facts.get("differ", False),
     )  # fmt: skip
-    bars: Any = SimpleNamespace(errors={"white": np.ones(1)}, method="white")
-    second = SecondSolver(np.array([7.0]), 3.0, -5.0)
-    starts = facts.get("starts", starts_of([1.0, 1.2, 1.3]))
-    return Minima(None, starts, second, plain, bars, of, facts.get("compared", True))  # type: ignore[arg-type]
+    search = SimpleNamespace(
+        task=None,
+        how=How(rivals=facts.get("compared", True)),
+        starts=facts.get("starts", starts_of([1.0, 1.2, 1.3])),
+        second=SecondSolver(np.array([7.0]), 3.0, -5.0),
+        plain=plain,
+        bars=SimpleNamespace(errors={"white": np.ones(1)}, method="white"),
+        unit=1.0,
+    )
+    like = facts.get("like", noise)
+    return SimpleNamespace(search=search, gls=gls or None, may_be_noise=like, passed=lambda identifier: noise)
 
 
-SAME, WORSE, AS_GOOD, MISSED, LOST = Led(0.3, 0.1), Led(4.0, 12.0), Led(4.0, 3.0), Led(0.3, -20.0), Led(np.inf, 0.0)
+def starts_check(estimate: Any) -> Check:
+    return judge.check("starts", judge.best_minimum(estimate))
+
+
+def second_check(estimate: Any) -> Check:
+    return judge.check("second_solver", judge.second_solver_agrees(estimate))
+
+
+SAME, WORSE, AS_GOOD, MISSED, LOST = (0.3, 0.1), (4.0, 12.0), (4.0, 3.0), (0.3, -20.0), (np.inf, 0.0)
 OUTCOMES = [
     ((SAME, SAME, SAME), True, np.inf),
     ((SAME, WORSE, SAME), True, 12.0),
@@ -68,34 +85,34 @@ def test_starts_of_noisy_inputs_agree_where_the_likelihood_leads_from_them(
     ends: tuple[Led, ...], passed: bool, nats: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     led = dict(zip((0.0, 1.0, 2.0), ends, strict=True))
-    check = beside(monkeypatch, led).starts_agree()
+    check = starts_check(beside(monkeypatch, led))
     assert check.passed is passed
     assert check.facts["nats"] == nats
     # Slow noise is louder than at rest; what has neither the size nor the structure of noise is none.
-    assert beside(monkeypatch, led, noise=False, like=True).starts_agree().passed is passed
-    assert not beside(monkeypatch, led, noise=False).starts_agree().passed
-    unknown = beside(monkeypatch, led, noise=False, differ=True).starts_agree()
+    assert starts_check(beside(monkeypatch, led, noise=False, like=True)).passed is passed
+    assert not starts_check(beside(monkeypatch, led, noise=False)).passed
+    unknown = starts_check(beside(monkeypatch, led, noise=False, differ=True))
     assert (unknown.passed, unknown.facts["nats"]) == (False, None)
     # Nor are others followed in a search for effects.
-    assert not beside(monkeypatch, led, compared=False).starts_agree().passed
+    assert not starts_check(beside(monkeypatch, led, compared=False)).passed
 
 
 def test_one_start_that_ended_alone_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     lonely = starts_of([1.0, np.inf, np.inf])
     lonely = replace(lonely, basin=np.array([0, -1, -1]))
     for gls in (True, False):
-        assert not beside(monkeypatch, {0.0: SAME}, gls=gls, starts=lonely).starts_agree().passed
+        assert not starts_check(beside(monkeypatch, {0.0: SAME}, gls=gls, starts=lonely)).passed
 
 
 def test_no_start_counts_for_records_that_were_followed_by_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
     all_one = replace(starts_of([1.0, 1.0, 1.0]), basin=np.zeros(3, dtype=int))
     same, worse, as_good = (
-        beside(monkeypatch, {0.0: led}, starts=all_one, differ=True).starts_agree() for led in (SAME, WORSE, AS_GOOD)
+        starts_check(beside(monkeypatch, {0.0: led}, starts=all_one, differ=True)) for led in (SAME, WORSE, AS_GOOD)
     )
     assert same.statistic == 0.0
     assert (same.passed, worse.passed) == (True, True)
-    assert not beside(monkeypatch, {0.0: AS_GOOD}, starts=all_one, differ=True).starts_agree().passed
-    assert beside(monkeypatch, {0.0: AS_GOOD}, starts=all_one).starts_agree().passed
+    assert not starts_check(beside(monkeypatch, {0.0: AS_GOOD}, starts=all_one, differ=True)).passed
+    assert starts_check(beside(monkeypatch, {0.0: AS_GOOD}, starts=all_one)).passed
     assert as_good.statistic == 0.0
 
 
@@ -105,14 +122,14 @@ def test_without_a_likelihood_the_next_minima_are_fitted_with_their_inputs(monke
     ends = {
         key: SimpleNamespace(values=np.array([5.0 + key]), problem=key, local=0.0, coefficients=None) for key in fits
     }
-    monkeypatch.setattr(minima, "optimum", lambda task, values: ends[float(values[0])])
-    monkeypatch.setattr(minima, "_objective", lambda problem, local, coefficients: fits.get(problem, 0.0))
+    monkeypatch.setattr(judge, "optimum", lambda task, values: ends[float(values[0])])
+    monkeypatch.setattr(judge, "objective", lambda problem, local, coefficients: fits.get(problem, 0.0))
     # All that differ count, whatever their order as measured.
-    assert not of.starts_agree().passed
+    assert not starts_check(of).passed
     fits[2.0] = 30.0
-    assert of.starts_agree().passed
+    assert starts_check(of).passed
     ends[1.0].values = np.array([0.5])
-    assert of.starts_agree().facts["nats"] == 15.0
+    assert starts_check(of).facts["nats"] == 15.0
 
 
 @pytest.mark.parametrize("lost", [False, True])
@@ -125,9 +142,9 @@ def test_ends_are_compared_at_the_values_of_each_record(monkeypatch: pytest.Monk
         assert at is values
         return SimpleNamespace(residuals=left)
 
-    monkeypatch.setattr(minima, "linearised", linearised)
+    monkeypatch.setattr(judge, "linearised", linearised)
     waves = {"drive": np.array([[1.0], [1.0]])}
-    assert minima._objective("the problem", values, waves) == (np.inf if lost else 27.0)  # type: ignore[arg-type]
+    assert judge.objective("the problem", values, waves) == (np.inf if lost else 27.0)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -136,9 +153,9 @@ def test_ends_are_compared_at_the_values_of_each_record(monkeypatch: pytest.Monk
 def test_what_a_second_solver_found_is_followed_in_the_likelihood(
     end: Led, passed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert beside(monkeypatch, {7.0: end}).second_solver_agrees().passed is passed
+    assert second_check(beside(monkeypatch, {7.0: end})).passed is passed
     # Without one its end is another minimum, and says so.
-    assert not beside(monkeypatch, {}, gls=False).second_solver_agrees().passed
+    assert not second_check(beside(monkeypatch, {}, gls=False)).passed
 
 
 class Swing:
@@ -168,24 +185,24 @@ class Swing:
 
     def led(self, factor: float) -> Led:
         """From a frequency so many times too high."""
-        return minima._led(self.gls, self.best * np.array([factor, 1.0, 1.0, 1.0, 1.0]))
+        return judge.led_from(self.gls, self.best * np.array([factor, 1.0, 1.0, 1.0, 1.0]))
 
 
 def test_the_likelihood_is_followed_from_elsewhere_to_its_end() -> None:
     swing = Swing()
     near, far, lost = (swing.led(factor) for factor in (1.003, 1.3, 5.0))
-    assert near.distance < 0.1
-    assert abs(near.nats) < 0.1
-    assert far.distance > 1.0
-    assert far.nats > 100.0
-    assert lost == Led(np.inf, 0.0)
+    assert near[0] < 0.1
+    assert abs(near[1]) < 0.1
+    assert far[0] > 1.0
+    assert far[1] > 100.0
+    assert lost == (np.inf, 0.0)
     with time_limit(-1.0):
 
         def ended(*of: Any) -> Any:
             check_time()
 
         swing.gls.seen.gram = lambda of: ended
-        assert swing.led(1.003) == Led(np.inf, 0.0)
+        assert swing.led(1.003) == (np.inf, 0.0)
 
 
 def test_an_end_that_may_still_fall_is_no_less_probable_than_where_the_next_step_leads(
@@ -193,10 +210,10 @@ def test_an_end_that_may_still_fall_is_no_less_probable_than_where_the_next_step
 ) -> None:
     swing = Swing()
     whole = swing.led(1.003)
-    monkeypatch.setattr(minima, "mode", partial(mode, effort=Effort(steps=1)))
+    monkeypatch.setattr(judge, "mode", partial(mode, effort=Effort(steps=1)))
     cut = swing.led(1.003)
-    assert cut.nats < 0.5
-    assert cut.distance > whole.distance
+    assert cut[1] < 0.5
+    assert cut[0] > whole[0]
 
 
 @pytest.mark.slow
@@ -241,7 +258,7 @@ def test_what_a_second_solver_gained_is_no_longer_to_be_gained(monkeypatch: pyte
     monkeypatch.setattr(identifying, "rough_errors", lambda *of: np.ones(1))
     monkeypatch.setattr(identifying, "second_opinion", second_opinion)
     monkeypatch.setattr(identifying, "descend", descend)
-    found, second = identifying._settled(task, lambda: np.ones(1), starts, lambda: False)
+    found, second = identifying.with_second_solver(task, lambda: np.ones(1), starts, lambda: False)
     assert second is not None
     assert second.gain == 0.0
     assert found.best == (found.cost.min(), found.cost.min())

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting.misfit import outweighed as judged
+from fibrefit.fitting import values as judged
 from fibrefit.fitting.uncertainty import Scores
 from fibrefit.problem.statement.layout import Range, Slot
 from fibrefit.report.sentences.fit import fit_sentence
@@ -58,13 +58,16 @@ def test_a_value_that_was_driven_to_nothing_is_held_against_its_typical_size() -
 
 def test_it_fails_a_fit_that_does_not_explain_the_signal() -> None:
     explained, left = (
-        judge.signal_explained({"force": ChannelGap.against_noise(1e-6, 1.0, "N", share)}) for share in (0.999, 0.98)
+        judge.check("explained_share", judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", share)}))
+        for share in (0.999, 0.98)
     )
-    told = judge.useless(left, said(1.5))
+    of = {"force": ChannelGap.beside(1e-6, 1.0, "N", 0.98)}
+    told = judge.check("explained_share", judge.signal_explained(of, lambda: said(1.5)))
     assert status_by([told]) == "failed"
     assert fit_sentence(told).startswith(fit_sentence(left))
     words = "What is left is 1.5 times what the damping of 2 N s/m does in the readings, at most 1 passes"
     assert f"{words}: this value may be off by a factor" in fit_sentence(told)
-    assert judge.useless(left, None) is left
     assert status_by([left]) == "suspect"
-    assert judge.useless(explained, said(1.5)) is explained
+    # Of a signal that is explained nobody asks.
+    judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", 0.999)}, lambda: pytest.fail("it was asked"))
+    assert explained.passed

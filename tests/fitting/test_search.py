@@ -13,13 +13,14 @@ import optimistix as optx
 import pytest
 
 from fibrefit.fitting import profile
-from fibrefit.fitting.error_bars import Z_95
 from fibrefit.fitting.profile import plain_cost, profile_interval
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search import multistart
-from fibrefit.fitting.search.multistart import (
+from fibrefit.fitting.search import starts as multistart
+from fibrefit.fitting.search.rescue import second_opinion
+from fibrefit.fitting.search.solve import TO_THE_END, Descent, Stopping, descend_all, gram_at, widths
+from fibrefit.fitting.search.starts import (
     FAR_ABOVE,
-    SAME_BASIN,
+    FEWEST_KEPT,
     HorizonSchedule,
     Searched,
     _far_above_best,
@@ -29,16 +30,16 @@ from fibrefit.fitting.search.multistart import (
     collected,
     latin_hypercube_starts,
     search,
+    thinning,
 )
-from fibrefit.fitting.search.second_opinion import second_opinion
-from fibrefit.fitting.search.solve import TO_THE_END, Descent, Stopping, descend_all, gram_at, widths
-from fibrefit.fitting.search.thinned import FEWEST_KEPT, thinning
 from fibrefit.fitting.search.trust_region import TrustRegion
+from fibrefit.fitting.thresholds import SAME_BASIN
 from fibrefit.fitting.uncertainty import Scores, sandwich, white
 from fibrefit.problem.statement.layout import Belief, Layout, Range, Slot
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
+from fibrefit.study.summaries.part import Z_95
 from tests.fitting import made
 
 MOST_FROM_NEARBY = 12

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fibrefit.fitting.search import second_opinion as module
-from fibrefit.fitting.search.second_opinion import second_opinion
+from fibrefit.fitting.search import rescue as module
+from fibrefit.fitting.search.rescue import second_opinion
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fibrefit.fitting.advice import Advice
-from fibrefit.fitting.misfit.slack_zero import SlackZero, SlackZeros, judge_zero, slack_zeros
+from fibrefit.fitting.checks import check as judge
+from fibrefit.fitting.misstatements import SlackZero, slack_zeros
+from fibrefit.fitting.result import Advice, Found
 from fibrefit.laws.sensor.calibration import ForceOffset
 from fibrefit.report.sentences.fit import advice_sentence, fit_sentence
 from fibrefit.study import load_study
@@ -18,7 +19,7 @@ from tests.fitting import made
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 
 
-def zeros_of(folder: Path, offset: float, share: float = 0.5, seed: int = 0, drift: float = 0.0) -> SlackZeros | None:
+def zeros_of(folder: Path, offset: float, share: float = 0.5, seed: int = 0, drift: float = 0.0) -> Found | None:
     ones = [
         made.replace(one, force=one.channels["force"] + offset + drift * (one.time - one.time[0]))
         for one in made.records(share=share, seed=seed)
@@ -30,11 +31,12 @@ def zeros_of(folder: Path, offset: float, share: float = 0.5, seed: int = 0, dri
 def test_a_zero_that_was_left_in_is_told_for_each_record(tmp_path: Path, offset: float) -> None:
     found = zeros_of(tmp_path, offset)
     assert found is not None
-    assert len(found.zeros) == 2
-    for one in found.zeros:
+    assert len(found.facts["zeros"]) == 2
+    for one in found.facts["zeros"]:
         assert one.zero == pytest.approx(offset, abs=0.15)
         assert 0.0 < one.error < 0.1
-    assert found.beyond > found.most
+    assert found.statistic is not None
+    assert found.statistic > found.instead["threshold"]
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -64,12 +66,12 @@ def test_no_zero_is_told_where_the_hold_is_masked(tmp_path: Path) -> None:
 
 def test_what_to_state_is_said() -> None:
     one = SlackZero("a.csv", 7.3, 0.02)
-    check = judge_zero(SlackZeros((one,), 7.2, 0.4))
+    check = judge("slack_zero", Found(7.2, {"zeros": (one,)}, False, {"threshold": 0.4}))
     assert not check.passed
     assert not check.fatal
     assert fit_sentence(check).startswith(
         "The force reads 7.3 N +/- 0.02 N before release, where the fibre is slack; chance allowed for, at most 0.4 N"
     )
     assert "zero = 7.3 where they are newtons" in advice_sentence(Advice("slack_zero", check.facts))
-    more = judge_zero(SlackZeros((one,) * 5, 7.2, 0.4))
+    more = judge("slack_zero", Found(7.2, {"zeros": (one,) * 5}, False, {"threshold": 0.4}))
     assert "7.3 N +/- 0.02 N in a.csv and so on in 2 more before release" in fit_sentence(more)

@@ -12,8 +12,13 @@ import pytest
 
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search.multistart import latin_hypercube_starts
-from fibrefit.fitting.search.starts_from_base_model import AS_DRAWN, FEW, starts_from_base_model, without_effects
+from fibrefit.fitting.search.starts import (
+    AS_DRAWN,
+    FEW,
+    latin_hypercube_starts,
+    starts_from_base_model,
+    without_effects,
+)
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.task import Task

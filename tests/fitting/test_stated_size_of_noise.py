@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fibrefit.fitting.evaluate import readings_at_rest
-from fibrefit.fitting.misfit.structure import _spectrum
+from fibrefit.fitting.checks import check as judged
+from fibrefit.fitting.residuals import readings_at_rest, spectrum
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.formulate import formulate
 from fibrefit.problem.noise.readings import largest_load, louder_under_load
@@ -75,24 +75,26 @@ def test_its_colour_is_that_of_the_rests_and_its_size_what_is_stated(
 
 
 def test_residuals_that_are_that_noise_pass(stated: Task, noise: np.ndarray) -> None:
-    check = _spectrum(left(stated, noise))
+    check = judged("residual_spectrum", spectrum(left(stated, noise)))
     assert check.passed, fit_sentence(check)
     # As if its size said that it is white, it is none.
     as_white = dataclasses.replace(left(stated, noise), noise=UNRESTED, rests={}, stated=())
-    assert not _spectrum(as_white).passed
+    assert not judged("residual_spectrum", spectrum(as_white)).passed
     # Nor are residuals noise that hold a slow wave besides.
     wave = np.sin(2.0 * np.pi * 20.0 * np.arange(SAMPLES) / made.RATE)
-    check = _spectrum(left(stated, noise + wave))
+    check = judged("residual_spectrum", spectrum(left(stated, noise + wave)))
     assert not check.passed
     assert "times that of the noise at rest of the stated size" in fit_sentence(check)
 
 
 def test_without_a_rest_only_its_power_in_all_is_judged(stated: Task, noise: np.ndarray) -> None:
-    check = _spectrum(dataclasses.replace(left(stated, noise), noise=UNRESTED, rests={}))
+    check = judged("residual_spectrum", spectrum(dataclasses.replace(left(stated, noise), noise=UNRESTED, rests={})))
     assert check.passed, fit_sentence(check)
     assert "stated noise of force and position has no known spectrum" in fit_sentence(check)
     wave = 1.5 * np.sin(2.0 * np.pi * 20.0 * np.arange(SAMPLES) / made.RATE)
-    loud = _spectrum(dataclasses.replace(left(stated, noise + wave), noise=UNRESTED, rests={}))
+    loud = judged(
+        "residual_spectrum", spectrum(dataclasses.replace(left(stated, noise + wave), noise=UNRESTED, rests={}))
+    )
     assert not loud.passed
     assert "times that of the stated noise; chance allowed for" in fit_sentence(loud)
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from fibrefit.core.declarations import HELD, REST, SLACK
 from fibrefit.fitting.advice import SIGNS_OF_LACK
-from fibrefit.fitting.misfit.structure import _edges, structure_checks
+from fibrefit.fitting.residuals import _edges
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.study.summaries.check import Check
+from tests.fitting.made import structure_checks
 
 
 def checks(residual: np.ndarray, rate: float, phase: np.ndarray | None = None) -> tuple[Check, ...]:

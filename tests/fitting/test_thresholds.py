@@ -14,21 +14,16 @@ import pytest
 from fibrefit.core.declarations import HELD, STICKING, UNLOADING
 from fibrefit.fitting import advice as advised
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting import gls, identifiability, reported, thresholds, uncertainty
-from fibrefit.fitting.estimates import ErrorBars
-from fibrefit.fitting.identifiability import weaknesses
-from fibrefit.fitting.misfit import agreement, alternative, lone_samples, outweighed, slack_zero, structure
-from fibrefit.fitting.misfit.alternative import Alternative
-from fibrefit.fitting.misfit.discrepancy import Doubtful
-from fibrefit.fitting.search import each_by_itself, multistart, with_input_errors
+from fibrefit.fitting import error_bars, evaluated, gls, misstatements, thresholds, uncertainty
+from fibrefit.fitting import residuals as structure
+from fibrefit.fitting import values as single
+from fibrefit.fitting.misstatements import Alternative
+from fibrefit.fitting.search import optimum, rescue
+from fibrefit.fitting.search import starts as multistart
+from fibrefit.fitting.search.optimum import accounted_for, as_predicted, lets_more_count, reacts_alike, still_gains
 from fibrefit.fitting.search.solve import Descent
-from fibrefit.fitting.search.with_input_errors import (
-    accounted_for,
-    as_predicted,
-    lets_more_count,
-    reacts_alike,
-    still_gains,
-)
+from fibrefit.fitting.uncertainty import ErrorBars
+from fibrefit.fitting.values import Doubtful, weaknesses
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.diagnose.newton import Gravity, Lag
 from fibrefit.problem.noise.spectrum import Noise
@@ -38,6 +33,7 @@ from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.results import ChannelGap, InputErrorSummary
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
+from tests.fitting.made import structure_checks
 from tests.fitting.test_checks import COLUMNS, LAYOUT, RATE, SAMPLES, changed, clean, gap, said, starts
 from tests.fitting.test_lone_samples import found_in
 from tests.fitting.test_outweighed import said as said_of_weight
@@ -47,14 +43,16 @@ __all__ = ["clean"]
 
 def left(share: float) -> Check:
     """The check of a signal of which a share of the variance is left beyond the noise."""
-    return judge.signal_explained({"force": ChannelGap.against_noise(1e-6, 1.0, "N", 1.0 - share)})
+    return judge.check(
+        "explained_share", judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", 1.0 - share)})
+    )
 
 
 def stands_out(size: float) -> bool:
     """Whether a sample of such a size among ones of the noise stands alone."""
     residuals = np.ones((1, 1, 50))
     residuals[0, 0, 20] = size
-    return bool(lone_samples.stands_out(residuals, np.ones((1, 1, 50), dtype=bool)).any())
+    return bool(structure.stands_out(residuals, np.ones((1, 1, 50), dtype=bool)).any())
 
 
 def carried(share: float) -> bool:
@@ -78,21 +76,22 @@ def reaching(share: float) -> Doubtful:
 def ended(agreeing: float, excess: float = 1.0, noise: bool = False, nats: float | None = None) -> bool:
     """Verdict on ten starts of which some ended in the best minimum."""
     basin = [0] * int(agreeing) + [1] * (10 - int(agreeing))
-    return judge.starts_agree(starts(basin, [1.0 if b == 0 else excess**2 for b in basin]), noise, nats).passed
+    return judge.check(
+        "starts", judge.starts_agree(starts(basin, [1.0 if b == 0 else excess**2 for b in basin]), noise, nats)
+    ).passed
 
 
 def all_known(minima: int) -> bool:
     """Verdict on 32 starts that found so many minima, two of them the best one."""
     basin = [0, 0, *(1 + i % (minima - 1) for i in range(30))]
-    return judge.starts_agree(starts(basin, [1.0 if b == 0 else 2.0 for b in basin])).passed
+    return judge.check("starts", judge.starts_agree(starts(basin, [1.0 if b == 0 else 2.0 for b in basin]))).passed
 
 
 def louder(ratio: float) -> bool:
     """Whether residuals with the structure of noise, of which those of one record are so much larger, may be noise."""
-    like, seen = judge.converged(0.0, True), SimpleNamespace(record_gaps={"a": gap(0.9), "b": gap(0.9 * ratio)})
-    sound = reported.Sound(like, like, judge.gap_is_noise(gap(9.0), 0.9), (like,))
-    of: Any = SimpleNamespace(sound=sound, seen=seen, expected_gap=0.9)
-    return bool(reported.Reported.may_be_noise.fget(of))  # type: ignore[attr-defined]
+    seen = SimpleNamespace(record_gaps={"a": gap(0.9), "b": gap(0.9 * ratio)})
+    of: Any = SimpleNamespace(passed=lambda *of: False, like_noise=True, seen=seen, expected_gap=0.9)
+    return bool(evaluated.EvaluatedEstimate.may_be_noise.fget(of))  # type: ignore[attr-defined]
 
 
 def reached(predicted_reduction: float) -> bool:
@@ -124,11 +123,11 @@ def scattered(ratio: float) -> bool:
     problem: Any = SimpleNamespace(layout=SimpleNamespace(entries=((slot, None),), shared_places=[0]))
     scores: Any = SimpleNamespace(columns=range(6))
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(agreement, "_steps", lambda scores, rate: (steps, np.ones((6, 1))))
+        patched.setattr(single, "_steps", lambda scores, rate: (steps, np.ones((6, 1))))
         bars = ErrorBars({"spectrum": np.eye(1)}, "spectrum")
-        check = agreement.records_agree(problem, np.zeros(1), scores, bars, 1.0)
-    assert check is not None
-    return check.passed
+        found = single.records_agree(problem, np.zeros(1), scores, bars, 1.0)
+    assert found is not None
+    return bool(found.passed)
 
 
 def of_fast(differences: float) -> bool:
@@ -189,75 +188,128 @@ def more_counts(number: int) -> bool:
     return gls._tells_more([linearisation(0.1 + 0.05 * i, 4.0) for i in range(number)], True)
 
 
+@dataclasses.dataclass(frozen=True)
+class RowBracket(Bracket):
+    """A threshold that the table of checks holds.
+
+    Parameters
+    ----------
+    row : str
+        Identifier of the check.
+    """
+
+    row: str = ""
+
+    def test(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Assert that the verdict turns there, and no longer with twice or half the threshold in the table."""
+        assert self.holds(), self.name
+        for factor in (2.0, 0.5):
+            changed = tuple(
+                row._replace(threshold=factor * (row.threshold or 0.0)) if row.identifier == self.row else row
+                for row in judge.CHECKS
+            )
+            with monkeypatch.context() as patched:
+                patched.setattr(judge, "CHECKS", changed)
+                assert not self.holds(), f"{factor:g} times {self.name} would go unnoticed"
+
+
 CASES = (
-    Bracket("GAP_OF_NOISE", judge, lambda x: judge.gap_is_noise(gap(x)).passed, 1.05, 1.15),
-    Bracket("ALIKE_EVIDENCE", alternative, lambda x: alternative.explains_alike(100.0 + x, 100.0), 5.0, 8.0),
-    Bracket("ZERO_OVER_NOISE", slack_zero, lambda x: x <= slack_zero.zero_allowed(1.0, 10.0), 0.8, 1.3),
-    Bracket("ZERO_SHARE", slack_zero, lambda x: x <= slack_zero.zero_allowed(0.01, 100.0), 0.2, 0.4),
-    Bracket("STANDS_OUT", lone_samples, lambda x: not stands_out(x), 6.0, 10.0),
-    Bracket("CARRIED_ALONE", lone_samples, lambda x: not carried(x), 0.4, 0.6),
-    Bracket("FIT_TOLERANCE", judge, lambda x: judge.converged(x, True).passed, 0.007, 0.014),
-    Bracket("ROUGHLY", judge, lambda x: judge.converged(x, True, rough=True).passed, 0.03, 0.07),
-    Bracket("HOPELESS", with_input_errors, accounted_for, 3.0, 5.0),
     Bracket(
-        "MISSED_LINEARISED", with_input_errors, lambda x: as_predicted(np.sqrt(x) + np.ones(5), np.ones(5)), 0.02, 0.04
+        "GAP_OF_NOISE", judge, lambda x: judge.check("residual_size", judge.gap_is_noise(gap(x))).passed, 1.05, 1.15
+    ),
+    Bracket("ALIKE_EVIDENCE", misstatements, lambda x: misstatements.explains_alike(100.0 + x, 100.0), 5.0, 8.0),
+    Bracket("ZERO_OVER_NOISE", misstatements, lambda x: x <= misstatements.zero_allowed(1.0, 10.0), 0.8, 1.3),
+    Bracket("ZERO_SHARE", misstatements, lambda x: x <= misstatements.zero_allowed(0.01, 100.0), 0.2, 0.4),
+    Bracket("STANDS_OUT", structure, lambda x: not stands_out(x), 6.0, 10.0),
+    Bracket("CARRIED_ALONE", structure, lambda x: not carried(x), 0.4, 0.6),
+    Bracket(
+        "FIT_TOLERANCE", judge, lambda x: judge.check("convergence", judge.converged(x, True)).passed, 0.007, 0.014
     ),
     Bracket(
+        "ROUGHLY", judge, lambda x: judge.check("convergence", judge.converged(x, True, rough=True)).passed, 0.03, 0.07
+    ),
+    Bracket("HOPELESS", optimum, accounted_for, 3.0, 5.0),
+    Bracket("MISSED_LINEARISED", optimum, lambda x: as_predicted(np.sqrt(x) + np.ones(5), np.ones(5)), 0.02, 0.04),
+    Bracket(
         "REACTS_ALIKE",
-        with_input_errors,
+        optimum,
         lambda x: bool(reacts_alike(np.sqrt(x) + np.ones((1, 5)), np.ones((1, 5))).all()),
         0.004,
         0.006,
     ),
-    Bracket("ALL_COUNT", with_input_errors, lambda x: lets_more_count(x, 0.4), 0.98, 0.995),
-    Bracket("MORE_COUNT", with_input_errors, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
+    Bracket("ALL_COUNT", optimum, lambda x: lets_more_count(x, 0.4), 0.98, 0.995),
+    Bracket("MORE_COUNT", optimum, lambda x: lets_more_count(0.5 + x, 0.5), 0.013, 0.007),
     Bracket("MOST_LINEARISATIONS", gls, lambda x: more_counts(int(x)), 7, 9),
-    Bracket("FALLS", with_input_errors, lambda x: still_gains([0.5, 0.5], [4.0, 4.0 * x], False), 0.85, 0.95),
-    Bracket("LOUDER_THAN_AT_REST", reported, louder, 1.2, 1.3),
-    Bracket("LOSES", each_by_itself, lambda x: each_by_itself.loses(x, 1.0), 2.2, 1.8),
+    Bracket("FALLS", optimum, lambda x: still_gains([0.5, 0.5], [4.0, 4.0 * x], False), 0.85, 0.95),
+    Bracket("LOUDER_THAN_AT_REST", evaluated, louder, 1.2, 1.3),
+    Bracket("LOSES", rescue, lambda x: rescue.loses(x, 1.0), 2.2, 1.8),
     Bracket("MODE_REACHED", gls, reached, 0.4, 0.7),
-    Bracket("DIVERGED", judge, lambda x: not judge.converged(x, True).fatal, 20.0, 30.0),
+    Bracket("DIVERGED", judge, lambda x: not judge.check("convergence", judge.converged(x, True)).fatal, 20.0, 30.0),
     Bracket(
         "INPUT_ERROR",
         judge,
-        lambda x: judge.inputs_within_noise({"drive": InputErrorSummary(rms=x, noise=1.0, unit="m")})[0].passed,
+        lambda x: bool(judge.inputs_within_noise({"drive": InputErrorSummary(rms=x, noise=1.0, unit="m")})[0].passed),
         1.1,
         1.2,
     ),
     Bracket("SAME_BASIN", multistart, lambda x: multistart.basins_of(np.array([1.0, 1.0 + x]))[1] == 0, 7e-4, 1.3e-3),
     Bracket("SAME_PLACE", multistart, one_place, 0.8, 1.3),
-    Bracket("SMALL_ERROR", identifiability, small_error, 0.007, 0.013),
+    Bracket("SMALL_ERROR", single, small_error, 0.007, 0.013),
     Bracket("BLIND_PART", uncertainty, has_error, 0.7e-3, 1.3e-3),
     Bracket("WORTHWHILE", advised, worthwhile, 0.7, 0.9),
-    Bracket("AGREEMENT", judge, lambda x: judge.second_solver(x, 0.0).passed, 0.08, 0.12),
-    Bracket("UNEXPLAINED", judge, lambda x: left(x).passed, 0.004, 0.006),
+    Bracket("AGREEMENT", judge, lambda x: judge.check("second_solver", judge.second_solver(x, 0.0)).passed, 0.08, 0.12),
+    RowBracket("UNEXPLAINED", judge, lambda x: left(x).passed, 0.004, 0.006, row="explained_share"),
     Bracket("USELESS", judge, lambda x: not left(x).fatal, 0.04, 0.06),
-    Bracket("GRAVITY_OFF", judge, lambda x: judge.falls_freely(Gravity(-x, 1e-5)).passed, 0.004, 0.006),
-    Bracket("FACTOR", judge, lambda x: judge.known_to_a_factor(reaching(1.0 - 1.0 / x)).passed, 1.4, 1.6),
-    Bracket("FACTOR", judge, lambda x: not judge.explained_otherwise(off_by(x)).fatal, 1.4, 1.6),
+    RowBracket(
+        "GRAVITY_OFF",
+        judge,
+        lambda x: judge.check("free_flight", judge.beyond_chance(Gravity(-x, 1e-5))).passed,
+        0.004,
+        0.006,
+        row="free_flight",
+    ),
+    Bracket(
+        "FACTOR",
+        judge,
+        lambda x: judge.check("doubtful_value", judge.known_to_a_factor(reaching(1.0 - 1.0 / x))).passed,
+        1.4,
+        1.6,
+    ),
+    Bracket(
+        "FACTOR", judge, lambda x: not judge.check("otherwise", judge.explained_otherwise(off_by(x))).fatal, 1.4, 1.6
+    ),
     Bracket(
         "REMAINING",
-        alternative,
-        lambda x: alternative.is_noise(math.sqrt(1.0 + 50.0 * x), math.sqrt(51.0)),
+        misstatements,
+        lambda x: misstatements.is_noise(math.sqrt(1.0 + 50.0 * x), math.sqrt(51.0)),
         0.017,
         0.0235,
     ),
-    Bracket("LATE_FORCE", judge, lambda x: judge.measured_at_once(Lag(-x, 1e-6)).passed, 2.5e-4, 3.5e-4),
+    RowBracket(
+        "LATE_FORCE",
+        judge,
+        lambda x: judge.check("lag", judge.beyond_chance(Lag(-x, 1e-6))).passed,
+        2.5e-4,
+        3.5e-4,
+        row="lag",
+    ),
     Bracket("STARTS_AGREED", judge, lambda x: ended(10.0 - x), 2.0, 3.0),
     Bracket("MINIMA_KNOWN", judge, lambda x: all_known(int(x)), 4.0, 8.0),
     Bracket("FEW_STARTS", judge, lambda x: ended(3.0 - x, 1.5, noise=True), 1.0, 2.0),
     Bracket("WORSE", judge, lambda x: ended(3.0, 2.1 - x, noise=True), 1.0, 1.08),
     Bracket("LESS_PROBABLE", judge, lambda x: ended(3.0, 1.01, noise=True, nats=30.0 - x), 12.0, 22.0),
-    Bracket("AT_BOUND", judge, lambda x: not judge.at_bound(1.0 / x, 1.0, Range(0.0, 100.0, 10.0)), 8.0, 13.0),
-    Bracket("VAGUE", identifiability, lambda x: said(COLUMNS, [1.0, 0.01 / x, 1.0]) == [], 0.4, 0.6),
-    Bracket("TIED", identifiability, lambda x: tied(x) == [], 0.99, 0.9975),
-    Bracket("SEEN", identifiability, lambda x: unseen(x), 0.008, 0.012),
+    Bracket(
+        "AT_BOUND", error_bars, lambda x: not error_bars.at_bound(1.0 / x, 1.0, Range(0.0, 100.0, 10.0)), 8.0, 13.0
+    ),
+    Bracket("VAGUE", single, lambda x: said(COLUMNS, [1.0, 0.01 / x, 1.0]) == [], 0.4, 0.6),
+    Bracket("TIED", single, lambda x: tied(x) == [], 0.99, 0.9975),
+    Bracket("SEEN", single, lambda x: unseen(x), 0.008, 0.012),
     Bracket("ORDINATES", structure, of_fast, 9.0, 7.0),
     Bracket("FEWEST_IN_MOTION", structure, lambda x: structure._steps(np.arange(x)).size > 0, 24.0, 20.0),
     Bracket("SLOWEST_OCTAVE", structure, lambda x: structure._edges(8000.0).min() <= x, 1.0, 0.5),
     Bracket("SHORTEST_PIECE", structure, with_spectrum, 17.0, 15.0),
-    Bracket("RARE_SCATTER", agreement, lambda x: scattered(x), 4.7, 5.2),
-    Bracket("LOOSE", identifiability, lambda x: tied(0.999, 1.0 / x) == [], 0.08, 0.12),
+    Bracket("RARE_SCATTER", single, lambda x: scattered(x), 4.7, 5.2),
+    Bracket("LOOSE", single, lambda x: tied(0.999, 1.0 / x) == [], 0.08, 0.12),
 )
 
 
@@ -283,7 +335,7 @@ def with_speed(clean: ResidualSet, size: float) -> bool:
 def louder(clean: ResidualSet, factor: float) -> bool:
     residuals = clean.residuals.copy()
     residuals[:, 0] *= np.where(clean.motion.phase == UNLOADING, factor, 1.0)
-    return structure.structure_checks(dataclasses.replace(clean, residuals=residuals))[1].passed
+    return structure_checks(dataclasses.replace(clean, residuals=residuals))[1].passed
 
 
 def alone(clean: ResidualSet, number: float, size: float) -> bool:
@@ -292,7 +344,7 @@ def alone(clean: ResidualSet, number: float, size: float) -> bool:
     phase[0, 100 : 100 + int(number)] = STICKING
     residuals[0, 0, 100 : 100 + int(number)] = size
     motion = dataclasses.replace(clean.motion, phase=phase)
-    return structure.structure_checks(dataclasses.replace(clean, residuals=residuals, motion=motion))[1].passed
+    return structure_checks(dataclasses.replace(clean, residuals=residuals, motion=motion))[1].passed
 
 
 def louder_octave(ratio: float) -> bool:
@@ -308,7 +360,7 @@ def louder_octave(ratio: float) -> bool:
     motion = Motion(np.full((1, count), HELD), {"position": row, "speed": row}, np.zeros(1, dtype=bool), {})
     named = {"force": noise}
     left = ResidualSet(problem, np.sqrt(ratio) * rest[None, None], motion, named, named, {"force": [(rest, RATE)]})
-    return structure.structure_checks(left)[0].passed
+    return structure_checks(left)[0].passed
 
 
 OF_WEIGHT = {
@@ -319,7 +371,7 @@ OF_WEIGHT = {
 
 @pytest.mark.parametrize("name", sorted(OF_WEIGHT))
 def test_a_verdict_on_weight_turns_at_the_threshold(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    Bracket(name, outweighed, *OF_WEIGHT[name]).test(monkeypatch)
+    Bracket(name, single, *OF_WEIGHT[name]).test(monkeypatch)
 
 
 OF_STRUCTURE = {
@@ -339,7 +391,11 @@ def test_a_verdict_on_structure_turns_at_the_threshold(
     name: str, clean: ResidualSet, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     passes, inside, outside = OF_STRUCTURE[name]
-    Bracket(name, structure, lambda size: passes(clean, size), inside, outside).test(monkeypatch)
+    row = {"SPECTRUM_RATIO": "residual_spectrum", "PHASE_RATIO": "residual_phase"}.get(name)
+    if row is None:
+        Bracket(name, structure, lambda size: passes(clean, size), inside, outside).test(monkeypatch)
+    else:
+        RowBracket(name, judge, lambda size: passes(clean, size), inside, outside, row).test(monkeypatch)
 
 
 def test_no_threshold_is_without_a_case() -> None:

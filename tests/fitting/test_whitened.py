@@ -12,8 +12,9 @@ import pytest
 
 from fibrefit.core.limits import time_limit
 from fibrefit.fitting import reported as last_step
+from fibrefit.fitting.evaluated import How
 from fibrefit.fitting.gls import cost_with_one_held, error_of_objective
-from fibrefit.fitting.identify import How, identify
+from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.laws.guide.viscous_friction import ViscousFriction

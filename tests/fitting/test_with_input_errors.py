@@ -14,17 +14,17 @@ import pytest
 from fibrefit.core.limits import quiet
 from fibrefit.fitting.checks import converged
 from fibrefit.fitting.identify import _search, identify
-from fibrefit.fitting.search import with_input_errors as module
-from fibrefit.fitting.search.multistart import HorizonSchedule
-from fibrefit.fitting.search.optimum import optimum
-from fibrefit.fitting.search.with_input_errors import (
+from fibrefit.fitting.search import optimum as module
+from fibrefit.fitting.search.optimum import (
     REDUCTION_TOLERANCE,
     linearised_in_errors,
     noise_left,
+    optimum,
     reacts_alike,
     still_gains,
     with_input_errors,
 )
+from fibrefit.fitting.search.starts import HorizonSchedule
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.inputs.errors_in_variables import error_rms, expanded, input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import weighted_sensitivities
@@ -156,7 +156,7 @@ def test_records_in_a_wrong_bounce_are_followed_bounce_by_bounce(
 
     assert gap() < 1.03
     # The negative control: followed to the end or not at all.
-    monkeypatch.setattr("fibrefit.fitting.search.with_input_errors.SHORTENED", 0)
+    monkeypatch.setattr("fibrefit.fitting.search.optimum.SHORTENED", 0)
     assert gap() > 1.3
 
 

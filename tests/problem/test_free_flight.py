@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.fitting.checks import falls_freely
+from fibrefit.fitting.checks import beyond_chance, check
 from fibrefit.problem.diagnose import newton
 from fibrefit.problem.diagnose.motion import SLACK, Motion
 from fibrefit.problem.diagnose.newton import Gravity
@@ -34,6 +34,12 @@ LEAVES = (0.5, 0.4, 0.32, 0.25)
 """Speeds at which it does, in m/s."""
 FRICTION = 2.7
 Dropped = tuple[Task, Motion]
+
+
+def passes(gravity: newton.Gravity) -> bool:
+    found = beyond_chance(gravity)
+    assert found is not None
+    return check("free_flight", found).passed
 
 
 def thrown(trace: Trace) -> tuple[np.ndarray, ...]:
@@ -99,7 +105,7 @@ def test_noise_is_told_as_the_error(dropped: Dropped, name: str) -> None:
             measured(dropped, drawn(dropped, NOISES[name], random), NOISES[name]), dropped[0].start, dropped[1]
         )
         assert found is not None
-        assert falls_freely(found).passed
+        assert passes(found)
         scores.append(found.excess / found.error)
     # Three standard deviations of a mean and of a standard deviation of so many.
     assert abs(np.mean(scores)) < 3.0 / np.sqrt(DRAWS)
@@ -121,7 +127,7 @@ def test_another_clock_is_another_gravity(dropped: Dropped, pace: float) -> None
     found = Gravity.in_flight(measured(dropped, positions, NOISES["white"]), task.start, moved)
     assert found is not None
     assert found.excess == pytest.approx(pace**-2 - 1.0, rel=0.03)
-    assert falls_freely(found).passed == (abs(pace - 1.0) < 0.0025)
+    assert passes(found) == (abs(pace - 1.0) < 0.0025)
 
 
 def test_a_larger_scale_is_a_larger_gravity(dropped: Dropped) -> None:

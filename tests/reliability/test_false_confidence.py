@@ -15,6 +15,7 @@ from fibrefit import fit
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.fitting import checks
 from fibrefit.fitting.identify import identify
+from fibrefit.fitting.result import Found
 from fibrefit.problem.diagnose.channels import are_exchanged, roughness
 from fibrefit.problem.formulate import formulate as whole
 from fibrefit.report.sentences.fit import fit_sentence
@@ -106,14 +107,14 @@ def test_a_refusal_of_exchanged_records_says_so(monkeypatch: pytest.MonkeyPatch)
     ("explained", "status"), [(0.999, "ok"), (0.98, "suspect"), (0.94, "failed"), (-3.0, "failed")]
 )
 def test_numbers_of_no_use_are_failed(explained: float, status: str) -> None:
-    gap = ChannelGap.against_noise(0.4, 10.0, "N", explained)
-    check = checks.signal_explained({"force": gap})
+    gap = ChannelGap.beside(0.4, 10.0, "N", explained)
+    check = checks.check("explained_share", checks.signal_explained({"force": gap}))
     assert status_by([check]) == status
     assert ("of no use" in fit_sentence(check)) == (status == "failed")
 
 
 def test_exchanged_channels_fail_a_fit() -> None:
-    assert status_by([checks.exchanged()]) == "failed"
+    assert status_by([checks.check("exchanged_channels", Found(passed=False))]) == "failed"
 
 
 TRUTH = {"stiffness": 11150.63, "damping": 9.437, "friction": 2.686}

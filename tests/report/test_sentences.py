@@ -10,18 +10,18 @@ import pytest
 
 from fibrefit.core.declarations import Statement
 from fibrefit.discovery.search.effect_sizes import share_of_gap
-from fibrefit.fitting.advice import Advice
-from fibrefit.fitting.checks import bars_too_small, converged, explained_otherwise
-from fibrefit.fitting.estimates import Why
-from fibrefit.fitting.identifiability import ForceAlone, Weakness
-from fibrefit.fitting.misfit.alternative import Alternative, Misstated
+from fibrefit.fitting.advice import ForceAlone
+from fibrefit.fitting.checks import BARS, CHECKS, CONVERGED, bars_too_small, converged, explained_otherwise
+from fibrefit.fitting.checks import check as judged
+from fibrefit.fitting.misstatements import Alternative, Misstated
+from fibrefit.fitting.result import Advice, Why
+from fibrefit.fitting.values import Weakness
 from fibrefit.report.sentences import discovery, fit, minima, posterior, prediction
 from fibrefit.study.summaries.check import Check, status_by
 from fibrefit.study.summaries.discovery import Weight
 
 PACKAGE = Path(fit.__file__).resolve().parents[2]
 MADE_IN = {
-    "fitting": fit.SENTENCES,
     "problem": fit.SENTENCES,
     "sampling": posterior.SENTENCES,
     "workflow/sampling": posterior.SENTENCES,
@@ -67,6 +67,10 @@ def test_every_check_has_a_sentence(folder: str) -> None:
     made = identifiers(folder)
     assert made
     assert made <= set(MADE_IN[folder])
+
+
+def test_every_check_of_the_table_has_a_sentence() -> None:
+    assert {row.identifier for row in CHECKS} - {"{}" + fit.ERROR_OF_INPUT} == set(fit.SENTENCES)
 
 
 def test_every_statement_has_a_sentence_and_every_sentence_a_statement() -> None:
@@ -130,7 +134,7 @@ def test_what_has_to_be_settled_first_is_advised() -> None:
         "hang on which it is: check the calibration of the force with a known load; weigh the weight with all that "
         "moves with it. Correct only what turns out to be wrong, and fit again."
     )
-    assert fit.fit_sentence(explained_otherwise(alike)) == (
+    assert fit.fit_sentence(judged("otherwise", explained_otherwise(alike))) == (
         "With a force that is read 0.904 times as large as it is (sensor.force_gain), or a mass 9.6 % smaller than "
         "stated (study.weight_mass), the model would leave nothing but noise, and the damping would be 12 N s/m in "
         "place of 14 N s/m, with the first of them: look at what the study states."
@@ -156,7 +160,9 @@ def test_an_estimate_that_stands_though_its_residuals_are_not_noise_says_so() ->
     assert found.startswith("Generalised least squares (GLS): records differ, and values that all of them share lose")
     assert found.endswith("Residuals are not noise alone (failed: residual size): error bars are too small.")
     # Its error bars are doubted where all checks are, and nowhere else.
-    (check,) = fit.fit_checks(tuple(bars_too_small(Why("loses_less", failed=("residual size",)))))
+    found_small = bars_too_small(Why("loses_less", failed=("residual size",)))
+    assert found_small is not None
+    (check,) = fit.fit_checks((judged(BARS, found_small),))
     assert status_by([check]) == "suspect"
     assert "not noise alone (failed: residual size): they are too small" in check.says
     assert not any(bars_too_small(Why(other, failed=("residual size",))) for other in ("gls", "louder", "not_noise"))
@@ -165,7 +171,7 @@ def test_an_estimate_that_stands_though_its_residuals_are_not_noise_says_so() ->
 
 
 def test_a_search_that_did_not_quite_arrive_says_nothing_of_the_noise() -> None:
-    arrived = converged(0.2, True, rough=True).quantity
+    arrived = judged(CONVERGED, converged(0.2, True, rough=True)).quantity
     set_aside = fit.estimator_sentence(Why("not_noise", failed=(arrived,)))
     assert set_aside.endswith("(GLS) was set aside. Its search did not quite come to its end.")
     both = fit.estimator_sentence(Why("not_noise", failed=(arrived, "residual size")))
@@ -173,7 +179,7 @@ def test_a_search_that_did_not_quite_arrive_says_nothing_of_the_noise() -> None:
     own = fit.estimator_sentence(Why("loses_less", failed=(arrived,)))
     assert own.endswith("values that all of them share lose bounces. Its search did not quite come to its end.")
     # Nothing says that its error bars are too small.
-    assert bars_too_small(Why("loses_less", failed=(arrived,))) == []
+    assert bars_too_small(Why("loses_less", failed=(arrived,))) is None
 
 
 def test_the_load_at_rest_is_that_of_the_stated_mass() -> None:

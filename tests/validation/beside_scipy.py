@@ -78,7 +78,7 @@ def _rival(job: Job, item: BatchItem) -> Rival:
     from tests.benchmarks.problem import fit_of, in_their_order
 
     # isort: split
-    from fibrefit.fitting.search.multistart import latin_hypercube_starts
+    from fibrefit.fitting.search.starts import latin_hypercube_starts
     from fibrefit.workflow.prepare import task_of
 
     identified(job)

@@ -19,7 +19,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, OBJECTS, occam
 from fibrefit.discovery.search.linearised import About, linearised_once, search_about
 from fibrefit.discovery.search.search import Search
-from fibrefit.fitting.search.with_input_errors import reacts_alike
+from fibrefit.fitting.search.optimum import reacts_alike
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.inputs.sensitivities import InputSensitivities
 

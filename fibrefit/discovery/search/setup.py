@@ -20,7 +20,7 @@ from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, simulation_groups, supermodel_of
 from fibrefit.discovery.search.search import EffectSearch, Search
-from fibrefit.fitting.checks import AGREED, starts_agree, undecided
+from fibrefit.fitting.checks import AGREED, check, starts_agree, undecided
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.law import Effect
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
@@ -92,9 +92,8 @@ def minima_compared(search: Search, base: LaplaceFit, before: Identification) ->
     best = max([base, *ends], key=lambda one: one.log)
     # By what is reported, which a better minimum is held against: the likelihood may lead from another start to one.
     nats = min((base.log - one.log for one in ends if _is_elsewhere(one, base)), default=np.inf)
-    checks = tuple(
-        starts_agree(before.starts, noise, nats) if check.identifier == AGREED else check for check in before.checks
-    )
+    agree = check(AGREED, starts_agree(before.starts, noise, nats))
+    checks = tuple(agree if one.identifier == AGREED else one for one in before.checks)
     return best, replace(before, checks=checks)
 
 

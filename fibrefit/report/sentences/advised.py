@@ -9,8 +9,8 @@ from fibrefit.core.formatting import format_number, format_quantity
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
-    from fibrefit.fitting.misfit.lone_samples import LoneSamples
-    from fibrefit.fitting.misfit.slack_zero import SlackZero
+    from fibrefit.fitting.misstatements import SlackZero
+    from fibrefit.fitting.residuals import LoneSamples
 
 SAMPLES_NAMED = 3
 """Samples, or records, that are named; a count tells the others."""

@@ -20,10 +20,8 @@ from fibrefit.report.sentences.residuals import (
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
-    from fibrefit.fitting.advice import Advice
-    from fibrefit.fitting.estimates import Why
-    from fibrefit.fitting.identifiability import Weakness
-    from fibrefit.fitting.misfit.at_bounds import AtBound
+    from fibrefit.fitting.result import Advice, Why
+    from fibrefit.fitting.values import AtBound, Weakness
 
 ERROR_OF_INPUT = "_error"
 """End of the identifier of a check of a measured input, which begins with its name."""

@@ -10,7 +10,7 @@ from fibrefit.core.formatting import format_quantity
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
-    from fibrefit.fitting.misfit.alternative import Alternative, Misstated
+    from fibrefit.fitting.misstatements import Alternative, Misstated
 
 
 def otherwise_sentence(check: Check) -> str:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.fitting.search.optimum import with_input_errors
 from fibrefit.fitting.search.solve import descend, widths
-from fibrefit.fitting.search.with_input_errors import with_input_errors
 from fibrefit.problem.inputs.errors_in_variables import error_rms, input_errors
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem

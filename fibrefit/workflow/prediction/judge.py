@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import chi2, f
 
-from fibrefit.fitting.checks import finite
+from fibrefit.fitting.checks import check, finite
 from fibrefit.fitting.predictive import Freedom
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import Check
@@ -80,7 +80,7 @@ def prediction_checks(
     known : sequence of str
         Records the values were found from.
     """
-    checks = [finite(readings, trouble, records), _unseen(known)]
+    checks = [check("simulation", finite(readings, trouble, records)), _unseen(known)]
     checks += [_within(channel, *pair) for channel, pair in ratios.items()]
     return tuple(checks)
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
-from fibrefit.fitting.estimates import interval_of_shared, kind_of_interval
+from fibrefit.fitting.gls import interval_of_shared, kind_of_interval
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.series.meta_analysis import Quantity
 from fibrefit.series.speed_laws import BY_EFFECT, parameter_of

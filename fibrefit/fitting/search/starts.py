@@ -1,4 +1,7 @@
-"""Many starts: a solver's success is a claim, and agreement of independent starts is the evidence."""
+"""Where a search begins, and how it goes on: many starts, horizon by horizon.
+
+A solver's success is a claim; agreement of independent starts is the evidence.
+"""
 
 from __future__ import annotations
 
@@ -23,17 +26,128 @@ from fibrefit.fitting.search.solve import (
     descend_all,
     widths,
 )
-from fibrefit.fitting.search.thinned import thinning
 from fibrefit.fitting.thresholds import LESS_PROBABLE, SAME_BASIN, SAME_PLACE
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
+FEWEST_KEPT = 4096
+"""Samples that the shortest record keeps: a drop of four seconds at 1 kHz, which leads starts as well as more do."""
+
+MISSED_BETWEEN = 1.5
+"""What a straight line between the samples that are kept misses of those between, over the noise, at the most. Noise
+alone has 1.3 of itself, from three readings; above, the motion would be given by too few samples, and followed with too
+long steps."""
+
+
+def thinning(problem: Problem) -> int:
+    """One sample of how many a search may keep: a power of two, one where all are needed.
+
+    What happens between the samples of a measured input would be lost, so that those keep all.
+
+    Parameters
+    ----------
+    problem : Problem
+    """
+    data = problem.observations
+    kept = int(np.asarray(data.experiment.count).min()) // FEWEST_KEPT
+    if data.experiment.inputs or kept < 2:
+        return 1
+    every = 1 << (kept.bit_length() - 1)
+    while every > 1 and _missed(problem, every) > MISSED_BETWEEN:
+        every //= 2
+    return every
+
+
+def _missed(problem: Problem, every: int) -> float:
+    """Rms over the noise of what straight lines between kept samples miss of the others, of the worst channel."""
+    data = problem.observations
+    share, worst = np.arange(1, every) / every, 0.0
+    for channel, weights in data.weight.items():
+        values, weight = np.asarray(data.measured[channel]), np.asarray(weights)
+        whole = (values.shape[1] - 1) // every * every
+        left, right = values[:, :whole:every, None], values[:, every : whole + 1 : every, None]
+        held = (weight[:, :whole:every, None] > 0.0) & (weight[:, every : whole + 1 : every, None] > 0.0)
+        between, counted = (rows[:, :whole].reshape(len(rows), -1, every)[..., 1:] for rows in (values, weight))
+        off = (between - left - share * (right - left)) * np.where(held, counted, 0.0)
+        worst = max(worst, float(np.sqrt(np.sum(off**2) / max(np.count_nonzero(off), 1))))
+    return worst
+
+
+FEW = 4
+"""Number of starts up to which they are all left where they are."""
+
+AS_DRAWN = 4
+"""One start in so many is left where it is, the first of all among them: the effects may have much to say."""
+
+LEADERS = 4
+"""Starts of the fit without effects."""
+
+
+def starts_from_base_model(task: Task, starts: np.ndarray, seed: int, stop: Callable[[], bool]) -> np.ndarray:
+    """Starts of which most have the base values that a fit without the effects ends at.
+
+    Parameters
+    ----------
+    task : Task
+    starts : (n_start, n_free) in SI units
+    seed : int
+        Of the scatter of the starts of that fit.
+    stop : callable
+
+    Returns
+    -------
+    (n_start, n_free) in SI units
+        As they were where there is no such fit: few starts, no effects, or none that may vanish.
+    """
+    plain = without_effects(task)
+    if len(starts) <= FEW or plain is None or stop():
+        return starts
+    problem, layout = plain.problem, plain.problem.layout
+    began = layout.free(latin_hypercube_starts(layout, plain.start, plain.spread, LEADERS, seed))
+    found = search(problem, began, plain.horizons, lambda share: None, stop, HorizonSchedule.of(plain)).descent
+    if not np.isfinite(found.cost).any():
+        return starts
+    led = starts.copy()
+    rows = np.flatnonzero(np.arange(len(starts)) % AS_DRAWN)
+    led[np.ix_(rows, columns_in(task.problem.layout, layout))] = layout.values(found.free[np.argmin(found.cost)])
+    return led
+
+
+def without_effects(task: Task) -> Task | None:
+    """The task without effects whose strength is free, and what needs them; None where there are none."""
+    problem, layout = task.problem, task.problem.layout
+    free = {slot.name for slot, _ in layout.entries}
+    gone = {
+        effect.name for effect in problem.model.effects if free & {f"{effect.name}.{name}" for name in effect.strength}
+    }
+    if not gone:
+        return None
+    while more := {e.name for e in problem.model.effects if gone & set(e.needs)} - gone:
+        gone |= more
+    model = replace(problem.model, effects=tuple(e for e in problem.model.effects if e.name not in gone))
+    slots = tuple(slot for slot in layout.slots if slot.name.rpartition(".")[0] not in gone)
+    plain = Layout(slots, layout.records)
+    return replace(
+        task,
+        problem=Problem(model, plain, problem.observations, problem.soft_beyond),
+        start=task.start[columns_in(layout, plain)],
+        spread={name: factor for name, factor in task.spread.items() if name in plain.names},
+    )
+
+
+def columns_in(layout: Layout, part: Layout) -> np.ndarray:
+    """Where the free values of a part of a layout are among all of them, ``(n_part,)``; their order is the same."""
+    return np.flatnonzero([slot.name in part.names for slot, _ in layout.entries])
+
+
 FAR_ABOVE = 100.0
 """Factor on the cost of a sample at the best start beyond which another is given up."""
+
 STARTS_AT_ONCE = 4
 """Starts that are searched from in one go, by one core."""
+
 WORTH_A_PROGRAM = 1_000_000
 """Samples of all starts and records beyond a horizon from which it has arrays of its own: ten steps through so many
 take a second of processor time, as much as their program takes to compile."""

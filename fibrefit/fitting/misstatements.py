@@ -1,4 +1,4 @@
-"""What the values would be with one thing more: a law that the model lacks, or a fault in what the study states.
+"""Faults in what a study states: a force whose zero is off, and one thing more that explains the records.
 
 A fit that leaves more than noise, or a flight that falls as it should not, lacks something; whether its values are of
 use all the same nobody knows who does not know what. Some laws are known to be taken up by other values, and a fault in
@@ -25,9 +25,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.core.declarations import Parameter
+from fibrefit.core.declarations import Capability
+from fibrefit.fitting.result import Found
 from fibrefit.fitting.search.solve import linearised
-from fibrefit.fitting.thresholds import ALIKE_EVIDENCE, LOUDEST, NO_FACTOR, REMAINING
+from fibrefit.fitting.thresholds import (
+    ALIKE_EVIDENCE,
+    CHANCE,
+    LOUDEST,
+    NO_FACTOR,
+    REMAINING,
+    ZERO_OVER_NOISE,
+    ZERO_SHARE,
+)
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative, look_alikes
 from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
 from fibrefit.problem.estimate.gauss_newton import ROUGHLY_THERE, Effort, mode
@@ -38,7 +47,57 @@ from fibrefit.problem.statement.layout import Layout, Range
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP_OF_NOISE
-from fibrefit.simulation.model import Model
+from fibrefit.rigs.signals.rest import rests
+from fibrefit.rigs.thresholds import SHORTEST_REST
+
+PIECES_OF_HOLD = 8
+"""Pieces of a rest whose means tell how well the mean of all is known."""
+
+FOUND_BY = ("sensor.force_offset", "sensor.force_drift")
+"""Effects by which a model finds the zero itself."""
+
+
+class SlackZero(NamedTuple):
+    """What the force of a record reads while its fibre is slack, and its error, in N."""
+
+    record: str
+    zero: float
+    error: float
+
+
+def slack_zeros(task: Task) -> Found | None:
+    """The records whose force has a zero that is surely off; None where there is none, or nobody can tell.
+
+    Nothing pulls at the gauge before the release, so that the mean of what it reads is its zero. Noise moves that mean
+    by as much as the means of pieces of the rest differ, slow noise by no more than its size over the record.
+    """
+    model = task.problem.model
+    found_too = any(effect.name in FOUND_BY for effect in model.effects)
+    if found_too or Capability.FALL not in model.rig.capabilities or "force" not in model.rig.channels:
+        return None
+    zeros: list[SlackZero] = []
+    worst: tuple[float, float] = (-math.inf, 0.0)
+    for trace in task.traces:
+        force, noise = trace.channels["force"], task.noise["force"]
+        held = np.concatenate([np.zeros(0), *(force[rest] for rest in rests(trace) if rest.start == 0)])
+        held = held[np.isfinite(held)]
+        if len(held) < SHORTEST_REST:
+            continue
+        means = [float(piece.mean()) for piece in np.array_split(held, PIECES_OF_HOLD)]
+        zero, error = float(np.mean(means)), float(np.std(means, ddof=1)) / np.sqrt(PIECES_OF_HOLD)
+        most = zero_allowed(noise.rms(trace.duration, trace.rate), float(np.nanmax(np.abs(force))))
+        beyond = abs(zero) - CHANCE * error
+        if beyond > most:
+            zeros.append(SlackZero(trace.name, zero, error))
+            worst = max(worst, (beyond, most), key=lambda one: one[0] - one[1])
+    beyond, most = worst
+    return Found(beyond, {"zeros": tuple(zeros)}, False, {"threshold": most}) if zeros else None
+
+
+def zero_allowed(noise: float, largest: float) -> float:
+    """How far a zero may be off beside noise and the largest reading of a force, all in N."""
+    return max(ZERO_OVER_NOISE * noise, ZERO_SHARE * largest)
+
 
 PATIENCE_PER_HORIZON = 10
 """Evaluations of a horizon after which more is left than any noise leaves: from there a descent creeps among kinks.
@@ -93,39 +152,29 @@ def best_alternative(task: Task, values: np.ndarray) -> Alternative | None:
         The best ones.
     """
     before, _ = _left(task.problem, values)
-    tried = (one for group in _groups(task.problem.model) for one in _explanations(task, values, group))
+    # Laws that share a program: whatever the readings go through, whatever acts; one with a memory by itself.
+    groups: dict[str, list[type[Effect]]] = {}
+    for law in CATALOGUE.values():
+        if law not in task.problem.model.effects and is_alternative(law, task.problem.model.rig):
+            of_readings, remembers = issubclass(law, StudyLaw | SensorLaw), issubclass(law, FibreLaw) and law.memory
+            groups.setdefault("readings" if of_readings else law.name if remembers else "motion", []).append(law)
+    tried = (one for group in groups.values() for one in _explanations(task, values, group))
     found = [one for one in tried if is_noise(one.left, before)]
     if not found:
         return None
     best = min(found, key=lambda one: one.evidence)
-    return best.most_changed(task.problem.layout, values)._replace(alike=_alike(best, found))
-
-
-def _alike(best: _Explained, found: Sequence[_Explained]) -> tuple[Misstated, ...]:
-    """Other faults that explain the records as the best one does, by what they leave or by the catalogue."""
-    if not issubclass(best.law, StudyLaw | SensorLaw):
-        return ()
+    # Other faults explain the records as the best one does by what they leave, or by the catalogue.
     others: dict[str, Misstated] = {}
-    for one in sorted(found, key=lambda one: one.evidence):
+    for one in sorted(found, key=lambda one: one.evidence) if issubclass(best.law, StudyLaw | SensorLaw) else ():
         close = explains_alike(one.evidence, best.evidence) or one.law.name in look_alikes(best.law)
         if one.law is not best.law and close and issubclass(one.law, StudyLaw | SensorLaw):
             others.setdefault(one.law.name, Misstated(one.law.name, one.size, one.law.parameters[0].unit))
-    return tuple(others.values())
+    return best.most_changed(task.problem.layout, values)._replace(alike=tuple(others.values()))
 
 
 def explains_alike(evidence: float, best: float) -> bool:
     """Whether a fault explains records as the best one does, by what each leaves."""
     return evidence - best <= ALIKE_EVIDENCE
-
-
-def _groups(model: Model) -> list[list[type[Effect]]]:
-    """Laws that share a program: whatever the readings go through, whatever acts; one with a memory by itself."""
-    groups: dict[str, list[type[Effect]]] = {}
-    for law in CATALOGUE.values():
-        if law not in model.effects and is_alternative(law, model.rig):
-            of_readings, remembers = issubclass(law, StudyLaw | SensorLaw), issubclass(law, FibreLaw) and law.memory
-            groups.setdefault("readings" if of_readings else law.name if remembers else "motion", []).append(law)
-    return list(groups.values())
 
 
 def is_noise(left: float, before: float) -> bool:
@@ -165,9 +214,18 @@ class _Explained(NamedTuple):
 
 
 def _explanations(task: Task, values: np.ndarray, laws: Sequence[type[Effect]]) -> Iterator[_Explained]:
-    problem = _with(task.problem, laws)
-    nothing, free = _beside(task.problem.layout, values, problem.layout, laws), problem.layout.free_names
-    kept = np.array([free.index(name) for name in task.problem.layout.free_names])
+    """Each of some laws that share a program, one value each for all records, where a descent with it ends."""
+    old, model = task.problem.layout, replace(task.problem.model, effects=(*task.problem.model.effects, *laws))
+    # What was stated may be off by more than a search would look for.
+    unlimited = lambda parameter: replace(Range.of(parameter), lower=-math.inf, upper=math.inf)  # noqa: E731
+    problem = replace(task.problem, model=model, layout=old.of_parameters(model.parameters, unlimited))
+    # With all laws at nothing: of no strength, their shapes usual ones, as a shape of 0 may divide by it.
+    local = np.asarray(old.local(values))
+    named: dict[str, float | np.ndarray] = {name: local[:, j] for j, name in enumerate(old.names)}
+    for law in laws:
+        named |= {f"{law.name}.{p.name}": p.null if p.name in law.strength else first_size(p) for p in law.parameters}
+    nothing, free = problem.layout.pack(named), problem.layout.free_names
+    kept = np.array([free.index(name) for name in old.free_names])
     places = {law: [free.index(f"{law.name}.{p.name}") for p in law.parameters] for law in laws}
     for law, own in places.items():
         others = np.array([place for other in laws if other is not law for place in places[other]], dtype=int)
@@ -179,26 +237,6 @@ def _explanations(task: Task, values: np.ndarray, laws: Sequence[type[Effect]]) 
                 left, evidence = _left(problem, there)
                 price = len(own) * math.log(problem.n_measured)
                 yield _Explained(law, float(there[own[0]]), left, evidence + price, there[kept])
-
-
-def _with(problem: Problem, laws: Sequence[type[Effect]]) -> Problem:
-    """A problem whose model has further effects, one value each for all records."""
-    model = replace(problem.model, effects=(*problem.model.effects, *laws))
-    return replace(problem, model=model, layout=problem.layout.of_parameters(model.parameters, _unlimited))
-
-
-def _unlimited(parameter: Parameter) -> Range:
-    """What was stated may be off by more than a search would look for."""
-    return replace(Range.of(parameter), lower=-math.inf, upper=math.inf)
-
-
-def _beside(old: Layout, values: np.ndarray, new: Layout, laws: Sequence[type[Effect]]) -> np.ndarray:
-    """Values with all laws at nothing: of no strength, their shapes usual ones, as a shape of 0 may divide by it."""
-    local = np.asarray(old.local(values))
-    named: dict[str, float | np.ndarray] = {name: local[:, j] for j, name in enumerate(old.names)}
-    for law in laws:
-        named |= {f"{law.name}.{p.name}": p.null if p.name in law.strength else first_size(p) for p in law.parameters}
-    return new.pack(named)
 
 
 def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndarray) -> np.ndarray | None:
