@@ -162,6 +162,8 @@ def _information(problem: Problem, values: np.ndarray, menu: Sequence[Mapping[st
     The records of the problem give their places to as many further ones: no program is compiled for them.
     """
     number, found = len(problem.layout.records), []
+    columns = np.asarray(problem.layout.local_columns[0])
+    own = columns >= sum(record is None for _, record in problem.layout.entries)
     first = jax.tree.map(lambda rows: np.repeat(np.asarray(rows)[:1], number, axis=0), problem.observations)
     at_hand = np.asarray(problem.layout.local(values))[0]
     stated = {name: rows[0] for name, rows in first.experiment.conditions.items()}
@@ -175,16 +177,10 @@ def _information(problem: Problem, values: np.ndarray, menu: Sequence[Mapping[st
             local[r] = problem.values_elsewhere(at_hand, stated, {**stated, **conditions}, conditions)
         observations = first._replace(experiment=first.experiment._replace(conditions=taken))
         linear = eqx.tree_at(lambda p: p.observations, problem, observations).linearised_at(local)
-        found += [_of_shared(problem, np.asarray(rows)) for rows in linear.slopes[: len(planned)]]
+        for rows in linear.slopes[: len(planned)]:
+            flat = np.asarray(rows).reshape(-1, rows.shape[-1])
+            # What the record's own nuisances can imitate says nothing.
+            moved = np.linalg.lstsq(flat[:, own], flat, rcond=None)[0]
+            rest = np.where(own, 0.0, flat - flat[:, own] @ moved)
+            found.append(np.asarray(assembled((rest.T @ rest)[None], columns[None], problem.layout.size)))
     return found
-
-
-def _of_shared(problem: Problem, slopes: np.ndarray) -> np.ndarray:
-    """Normal matrix of the shared values from slopes ``(n_channel, n_time, n_local)`` of a record like the first."""
-    columns = np.asarray(problem.layout.local_columns[0])
-    own = columns >= sum(record is None for _, record in problem.layout.entries)
-    flat = slopes.reshape(-1, slopes.shape[-1])
-    # What the record's own nuisances can imitate says nothing.
-    moved = np.linalg.lstsq(flat[:, own], flat, rcond=None)[0]
-    beside = np.where(own, 0.0, flat - flat[:, own] @ moved)
-    return np.asarray(assembled((beside.T @ beside)[None], columns[None], problem.layout.size))

@@ -14,7 +14,7 @@ from fibrefit.fitting.result import Estimate, PlainEstimate
 from fibrefit.fitting.thresholds import AT_BOUND
 from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, ErrorBars, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.motion import Motion
-from fibrefit.problem.statement.layout import RAN_AWAY, Belief, Range, gathered
+from fibrefit.problem.statement.layout import RAN_AWAY, Range, gathered
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.results import ParameterSummary
@@ -102,6 +102,9 @@ def estimates(
         between = {} if gls is None else gls.between
         of_one = record is not None or len(layout.records) == 1
         kind = "record" if of_one else kind_of_interval(slot.name, between)
+        believed = {}
+        if record is None and slot.belief is not None:
+            believed = {"prior_centre": slot.belief.centre, "prior_error": 1.0 / abs(slot.belief.slope(value))}
         summary = ParameterSummary(
             unit=slot.unit,
             value=value,
@@ -114,7 +117,7 @@ def estimates(
             plain_value=None if plain is None else float(plain.values[i]),
             plain_error=None if plain is None else float(plain.errors[i]),
             common_error=None if common is None else float(common[i]),
-            **(_prior(slot.belief, value) if record is None else {}),
+            **believed,
         )
         found.append(Estimate(slot.name, None if record is None else layout.records[record], summary))
     return tuple(found + _held(problem))
@@ -124,13 +127,6 @@ def at_bound(value: float, error: float, limits: Range) -> bool:
     """Whether an estimate is stopped by a limit: nearer to it than a tenth of its error."""
     tolerance = AT_BOUND * error if np.isfinite(error) else 0.0
     return limits.at_bound(value, max(tolerance, 1e-9 * limits.scale))
-
-
-def _prior(belief: Belief | None, value: float) -> dict[str, float]:
-    """What was believed of a value, if anything was."""
-    if belief is None:
-        return {}
-    return {"prior_centre": belief.centre, "prior_error": 1.0 / abs(belief.slope(value))}
 
 
 def _due_to_priors(problem: Problem, values: np.ndarray, inverse: np.ndarray) -> np.ndarray | None:
@@ -189,7 +185,8 @@ def with_discrepancy(bars: ErrorBars, scores: Scores, motion: Motion) -> ErrorBa
     normal, prior = scores.normal_matrix(), scores.prior_matrix()
     errors = [bars.errors[bars.method]]
     errors.append(np.sqrt(np.diag(_without_parts(scores))))
-    for state in _states(motion):
+    # States that a residual may depend on, acceleration among them.
+    for state in (*motion.states.values(), np.gradient(motion.states["speed"], axis=1)):
         covariance = sandwich(normal, _clustered(scores, _cells(state, motion, scores.counts)) + prior)
         errors.append(np.sqrt(np.diag(covariance)))
     largest = np.max(errors, axis=0)
@@ -213,11 +210,6 @@ def _without_parts(scores: Scores) -> np.ndarray:
             own = root[columns[seen]].T @ score[part].sum(axis=0)
             steps.append(root @ (axes @ ((axes.T @ own) / (1.0 - share))))
     return (len(steps) - 1) / len(steps) * np.einsum("ri,rj->ij", steps, steps)
-
-
-def _states(motion: Motion) -> list[np.ndarray]:
-    """States that a residual may depend on, ``(n_record, n_time)`` each; acceleration among them."""
-    return [*motion.states.values(), np.gradient(motion.states["speed"], axis=1)]
 
 
 def _cells(state: np.ndarray, motion: Motion, counts: np.ndarray) -> np.ndarray:

@@ -99,7 +99,15 @@ def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, st
     width = cache(partial(widths, task.problem, task.problem.layout.free(task.start)))
     ended = how.known
     schedule = HorizonSchedule.of(task, how.often)
-    found = _search(task, starts, seed, tell, stop, schedule) if ended is None else _as_it_ended(task, ended)
+    if ended is None or ended.coefficients is None:
+        found = _search(task, starts, seed, tell, stop, schedule)
+    else:
+        # The one place where a search for effects ended, as a start that is where it goes to.
+        there = corrected(task.problem, input_errors(task), ended.coefficients)
+        cost = float(np.sum(np.square(there.linearised_at(ended.local).residuals)))
+        layout, none = task.problem.layout, np.zeros(1, dtype=int)
+        followed = Descent(layout.free(task.start)[None], np.array([cost]), none, none == 0)
+        found = replace(collected(layout, task.start[None], Searched(followed, none == 0)), followed=True)
     if not np.isfinite(found.cost).any():
         do = "Check lift, mass and noise, and the initial values and bounds of the parameters."
         names = ", ".join(task.problem.layout.records[:3])
@@ -210,16 +218,6 @@ def _search(task: Task, number: int, seed: int, tell: Progress, stop: Stop, sche
     on_progress = lambda share: tell("searching from many starts", 0.05 + 0.8 * share)  # noqa: E731
     free = problem.layout.free(began)
     return collected(problem.layout, began, search(problem, free, task.horizons, on_progress, stop, schedule))
-
-
-def _as_it_ended(task: Task, ended: Ended) -> Starts:
-    """The one place where a search for effects ended, as a start that is where it goes to."""
-    assert ended.coefficients is not None
-    layout, there = task.problem.layout, corrected(task.problem, input_errors(task), ended.coefficients)
-    cost = float(np.sum(np.square(there.linearised_at(ended.local).residuals)))
-    free, none = layout.free(task.start)[None], np.zeros(1, dtype=int)
-    found = collected(layout, task.start[None], Searched(Descent(free, np.array([cost]), none, none == 0), none == 0))
-    return replace(found, followed=True)
 
 
 def _concluded(task: Task, starts: Starts, values: np.ndarray, second: SecondSolver | None, how: How) -> Identification:

@@ -50,7 +50,12 @@ def predictive_slopes(problem: Problem, local: np.ndarray, names: Sequence[str])
     moved = np.zeros((*slopes.shape[:-1], len(known)))
     for r, record in enumerate(slopes):
         rows = np.nan_to_num(record.reshape(-1, len(free)))
-        moved[r] = _without(rows[:, known], rows[:, own]).reshape(moved[r].shape)
+        # Columns of the values less their best fit by those of the record's own.
+        size = np.linalg.norm(rows[:, own], axis=0)
+        used, found = rows[:, own][:, size > 0.0] / size[size > 0.0], rows[:, known]
+        if used.size:
+            found = found - used @ np.linalg.lstsq(used, found, rcond=None)[0]
+        moved[r] = found.reshape(moved[r].shape)
     return moved
 
 
@@ -106,10 +111,3 @@ def freedom_of(slopes: np.ndarray, covariance: np.ndarray, own: np.ndarray, know
 def _square(matrices: np.ndarray) -> np.ndarray:
     """Trace of the squares of matrices ``(..., n, n)``."""
     return np.einsum("...ij,...ji->...", matrices, matrices)
-
-
-def _without(moved: np.ndarray, own: np.ndarray) -> np.ndarray:
-    """Columns `moved` less their best fit by the columns `own`."""
-    size = np.linalg.norm(own, axis=0)
-    used = own[:, size > 0.0] / size[size > 0.0]
-    return moved - used @ np.linalg.lstsq(used, moved, rcond=None)[0] if used.size else moved

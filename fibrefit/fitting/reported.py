@@ -43,7 +43,9 @@ def reported(search: SearchEnd) -> EvaluatedEstimate:
         return replace(_without_likelihood(search), why=doubt or Why("not_converged"))
     compared = _compared(search, gls)
     found = replace(_of_gls(search, gls), hausman=compared)
-    failed = tuple(check.quantity for check in (*_failed(found), *compared) if not check.passed)
+    # What says that residuals are not noise. A value at its bound is named; the noise is what it is there too.
+    failed = [check.quantity for check in checks_of(found, DECIDING) if not found.passed(check.identifier)]
+    failed += [check.quantity for check in compared if not check.passed]
     if not failed:
         return replace(
             found, why=Why("gls", ratio(plain.problem, gls.bars.errors["whitened"], bars.errors[bars.method]))
@@ -52,20 +54,19 @@ def reported(search: SearchEnd) -> EvaluatedEstimate:
     if several and found.passed(CONVERGED) and found.like_noise and found.may_be_noise:
         # Plain least squares would take what a rest does not show of the noise for errors of the inputs, and
         # records that differ for alike. Error bars are those of the noise that is left, however loud rests are.
-        return replace(found, why=Why("louder", failed=failed))
-    loses_less = replace(found, why=Why("loses_less", failed=failed))
+        return replace(found, why=Why("louder", failed=tuple(failed)))
+    loses_less = replace(found, why=Why("loses_less", failed=tuple(failed)))
     if plain.input_errors and how.ended is not None and how.ended.differ:
         # There is no estimate of values that all share: what is plain lies at those of each record.
         return loses_less
-    alike = replace(_of_plain(search, plain, bars), why=Why("not_noise", failed=failed), hausman=compared)
-    # Values that all share lose bounces of records that differ: what leaves less stands; what failed is reported.
-    lost = _fits_alone(alike, found) or loses(total(alike.seen.gap), total(found.seen.gap))
+    alike = replace(_of_plain(search, plain, bars), why=Why("not_noise", failed=tuple(failed)), hausman=compared)
+    # Values that all share lose bounces of records that differ: what leaves less stands; what failed is reported. So
+    # does what leaves noise by its size or by its structure where values that all share do not: a spectrum that is not
+    # quite right is no reason to take records for alike that are not, nor is noise that is a little louder than at
+    # rest, as slow noise is. What a model lacks shows in both, whichever values it has.
+    fits_alone = (found.passed(SIZE) and not alike.passed(SIZE)) or (found.like_noise and not alike.like_noise)
+    lost = fits_alone or loses(total(alike.seen.gap), total(found.seen.gap))
     return loses_less if gls.records_differ and lost else alike
-
-
-def _failed(estimate: EvaluatedEstimate) -> list[Check]:
-    """Checks that say residuals are not noise. A value at its bound is named; the noise is what it is there too."""
-    return [check for check in checks_of(estimate, DECIDING) if not estimate.passed(check.identifier)]
 
 
 def _without_likelihood(search: SearchEnd) -> EvaluatedEstimate:
@@ -77,15 +78,6 @@ def _without_likelihood(search: SearchEnd) -> EvaluatedEstimate:
     apart = optimum_of_each(plain, ended.local)
     own = _of_plain(search, apart, error_bars(apart.problem, apart.scores, search.task.rate))
     return own if total(own.seen.gap) < total(alike.seen.gap) else alike
-
-
-def _fits_alone(alike: EvaluatedEstimate, own: EvaluatedEstimate) -> bool:
-    """Whether values of each record leave noise by its size or by its structure where values that all share do not.
-
-    A spectrum that is not quite right is no reason to take records for alike that are not, nor is noise that is a
-    little louder than at rest, as slow noise is. What a model lacks shows in both, whichever values it has.
-    """
-    return (own.passed(SIZE) and not alike.passed(SIZE)) or (own.like_noise and not alike.like_noise)
 
 
 def _compared(search: SearchEnd, gls: GlsEstimate) -> tuple[Check, ...]:

@@ -302,7 +302,8 @@ def states(residual_set: ResidualSet) -> Found:
     worst, where = 0.0, ("", "")
     moving, known = residual_set.motion.phase != HELD, dict[tuple[str, bytes], np.ndarray]()
     for c, channel in enumerate(residual_set.channels):
-        inside, drawn = residual_set.counted[:, c] & moving, None
+        inside, noise = residual_set.counted[:, c] & moving, residual_set.noise[channel]
+        drawn: np.ndarray | None = None
         for name, state in residual_set.motion.states.items():
             # Channels are mostly there at the same samples.
             if (key := (name, inside.tobytes())) not in known:
@@ -310,7 +311,13 @@ def states(residual_set: ResidualSet) -> Found:
             steps = known[key]
             share = _explained(steps, residual_set.residuals[:, c][inside])
             if share > STATE_SHARE:
-                drawn = _drawn(residual_set, c) if drawn is None else drawn
+                if drawn is None:
+                    # Noise with the spectrum of the rests: what it alone explains is by chance.
+                    random = np.random.default_rng(0)
+                    drawn = np.zeros((DRAWS, *inside.shape))
+                    for draw in drawn:
+                        for row, count, rate in zip(draw, residual_set.counts, residual_set.rates, strict=True):
+                            row[:count] = noise.draw(int(count), float(rate), random)
                 by_chance = [_explained(steps, one[inside]) for one in drawn]
                 share *= min(1.0, STATE_SHARE / float(np.mean(by_chance) + CHANCE * np.std(by_chance)))
             if share > worst:
@@ -334,16 +341,6 @@ def _explained(steps: np.ndarray, residual: np.ndarray) -> float:
         return 0.0
     sums = np.bincount(steps, weights=residual)
     return float(np.sum(sums**2 / np.maximum(np.bincount(steps), 1)) / np.sum(residual**2))
-
-
-def _drawn(residual_set: ResidualSet, channel: int) -> np.ndarray:
-    """Noise with the spectrum of the rests, ``(DRAWS, n_record, n_time)``: what it alone explains is by chance."""
-    random, noise = np.random.default_rng(0), residual_set.noise[residual_set.channels[channel]]
-    found = np.zeros((DRAWS, *residual_set.counted[:, channel].shape))
-    for draw in found:
-        for row, count, rate in zip(draw, residual_set.counts, residual_set.rates, strict=True):
-            row[:count] = noise.draw(int(count), float(rate), random)
-    return found
 
 
 def loudest_record(sizes: Mapping[str, float], residual_set: ResidualSet, expected: float) -> Found:
@@ -370,28 +367,23 @@ def loudest_record(sizes: Mapping[str, float], residual_set: ResidualSet, expect
     """
     limit, worst, which = LOUDER_THAN_AT_REST * expected, 0.0, ""
     for r, (name, size) in enumerate(sizes.items()):
-        ratio = size / _gap_by_chance(residual_set, r, len(sizes)) if np.isfinite(size) else np.inf
+        # Gap that noise alone leaves in a record, and rarely exceeds in any of so many.
+        count, rate = int(residual_set.counts[r]), float(residual_set.rates[r])
+        scatters = [
+            scatter_of_noise(residual_set.noise[channel], count, rate, int(seen))
+            for channel, seen in zip(residual_set.channels, residual_set.counted[r].sum(axis=-1), strict=True)
+        ]
+        freedom = 2.0 * len(scatters) ** 2 / sum(scatters)
+        by_chance = float(np.sqrt(max(chdtri(freedom, RARE_POWER / len(sizes)) / freedom, 1.0)))
+        ratio = size / by_chance if np.isfinite(size) else np.inf
         if limit < ratio < np.inf:
             # How much louder it is at all frequencies alike no lack of a model explains.
-            own = np.arange(len(residual_set.counts))[:, None] == r
-            channels = range(len(residual_set.channels))
+            own, channels = np.arange(len(residual_set.counts))[:, None] == r, range(len(residual_set.channels))
             loud = [loudness(residual_set, c, residual_set.counted[:, c] & own) for c in channels]
             ratio /= float(np.sqrt(np.mean(np.square(loud))))
         if ratio > worst:
             worst, which = ratio, name
     return Found(float(worst), {"record": which}, worst <= limit, {"threshold": float(limit)})
-
-
-def _gap_by_chance(residual_set: ResidualSet, record: int, number: int) -> float:
-    """Gap that noise alone leaves in a record, and rarely exceeds in any of so many."""
-    count, rate = int(residual_set.counts[record]), float(residual_set.rates[record])
-    counted = residual_set.counted[record].sum(axis=-1)
-    scatters = [
-        scatter_of_noise(residual_set.noise[channel], count, rate, int(seen))
-        for channel, seen in zip(residual_set.channels, counted, strict=True)
-    ]
-    freedom = 2.0 * len(scatters) ** 2 / sum(scatters)
-    return float(np.sqrt(max(chdtri(freedom, RARE_POWER / number) / freedom, 1.0)))
 
 
 def scatter_of_noise(noise: Noise, count: int, rate: float, counted: int) -> float:

@@ -21,7 +21,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 from fibrefit.fitting.thresholds import BLIND_PART
 from fibrefit.problem.noise.spectrum import half_weights, periodogram, products_of_spectra, whittle
 from fibrefit.problem.statement.layout import assembled, gathered
-from fibrefit.problem.statement.matrices import equilibrated, scale_of
+from fibrefit.problem.statement.matrices import equilibrated, least_squares, scale_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 MEMORY = 1.0 / 8.0
@@ -83,16 +83,25 @@ class Scores:
 
     def normal_matrix(self) -> np.ndarray:
         """``J'J``, ``(n_free, n_free)``."""
-        return self._seen + self.prior_matrix()
+        return self.seen + self.prior_matrix()
 
     @cached_property
-    def _seen(self) -> np.ndarray:
+    def seen(self) -> np.ndarray:
         """The part of the normal matrix that records tell: all methods ask for it."""
         return self.assembled(lambda r: np.einsum("cti,ctj->ij", self.slopes[r], self.slopes[r]))
 
     def variance(self) -> float:
         """Mean square of the residuals, for the number of values that were fitted to them."""
         return float(np.sum(self.residuals**2) / max(np.count_nonzero(self.residuals) - self.size, 1))
+
+    def predicted_reduction(self, moving: np.ndarray) -> float:
+        """Reduction of the cost predicted of one Gauss-Newton step of the values ``moving``, over the variance."""
+        normal, gradient = self.normal_matrix()[moving][:, moving], self.gradient()[moving]
+        if not moving.any():
+            return 0.0
+        found = float(least_squares(normal, gradient) @ gradient / max(self.variance(), 1e-300))
+        # Where a motion has no slopes, nothing says that the search has arrived.
+        return np.inf if np.isnan(found) else found
 
     def of_record(self, record: int) -> np.ndarray:
         """Scores ``(n_time, n_local)`` of one record, its channels summed."""
@@ -126,7 +135,17 @@ def stationary_parts(scores: Scores, rate: float) -> Callable[[int], np.ndarray]
     by maximum likelihood from the residuals of all records. Below one over the length of a record P stays as it is
     there: noise that is slower than a record lasts is an offset in it, which no part of that record can tell.
     """
-    levels = [_levels(scores, channel, rate) for channel in range(scores.residuals.shape[1])]
+    # White and pink level of each channel's residuals, in units of the noise squared over Hz, and at 1 Hz.
+    levels = []
+    for channel in range(scores.residuals.shape[1]):
+        frequencies, powers = [], []
+        for record, count in enumerate(scores.counts):
+            values = scores.residuals[record, channel, :count]
+            frequency, power = periodogram(values, rate)
+            frequencies.append(frequency)
+            # Masked samples are zero and bring no power.
+            powers.append(power * count / max(np.count_nonzero(values), 1))
+        levels.append(whittle(np.concatenate(frequencies), np.concatenate(powers)))
 
     def local(record: int) -> np.ndarray:
         count = int(scores.counts[record])
@@ -145,18 +164,6 @@ def stationary_parts(scores: Scores, rate: float) -> Callable[[int], np.ndarray]
     return local
 
 
-def _levels(scores: Scores, channel: int, rate: float) -> tuple[float, float]:
-    """White and pink level of a channel's residuals, in units of the noise squared over Hz, and at 1 Hz."""
-    frequencies, powers = [], []
-    for record, count in enumerate(scores.counts):
-        values = scores.residuals[record, channel, :count]
-        frequency, power = periodogram(values, rate)
-        frequencies.append(frequency)
-        # Masked samples are zero and bring no power.
-        powers.append(power * count / max(np.count_nonzero(values), 1))
-    return whittle(np.concatenate(frequencies), np.concatenate(powers))
-
-
 def newey_west(scores: Scores) -> np.ndarray:
     """Score variance from the scores' own autocovariance, with Bartlett's weights."""
     return scores.assembled(lambda record: newey_west_of(scores.of_record(record)))
@@ -164,7 +171,15 @@ def newey_west(scores: Scores) -> np.ndarray:
 
 def newey_west_of(score: np.ndarray) -> np.ndarray:
     """The part of one record, from its scores ``(n_time, n_local)``."""
-    return _bartlett(score - score.mean(axis=0), max(round(MEMORY * len(score)), 1))
+    score, lags = score - score.mean(axis=0), max(round(MEMORY * len(score)), 1)
+    size = next_fast_len(len(score) + lags, real=True)
+    spectrum = rfft(np.ascontiguousarray(score.T), size)
+    # The Bartlett-weighted sum of autocovariances is a weighted sum over the periodogram: one pass instead of `lags`.
+    weight = np.zeros(size)
+    taper = 1.0 - np.arange(lags + 1) / (lags + 1.0)
+    weight[: lags + 1] = taper
+    weight[-lags:] = taper[:0:-1]
+    return products_of_spectra(spectrum, spectrum * (rfft(weight).real * half_weights(size)))
 
 
 def block_bootstrap(scores: Scores) -> np.ndarray:
@@ -182,7 +197,15 @@ def block_bootstrap(scores: Scores) -> np.ndarray:
         length = max(round(MEMORY * count), 1)
         size = next_fast_len(2 * length, real=True)
         seen = rfft(_cut(np.moveaxis(scores.slopes[record, :, :count], -1, 1), length), size)
-        between = _spectrum_between(scores.residuals[record, :, :count], length, size)
+        residuals = scores.residuals[record, :, :count]
+        waves = rfft(residuals - residuals.mean(axis=-1, keepdims=True))
+        lags = irfft(waves[:, None] * waves.conj(), count) / count
+        kept = np.zeros((*lags.shape[:2], size))
+        kept[..., :length] = lags[..., :length]
+        if length > 1:
+            kept[..., 1 - length :] = lags[..., 1 - length :]
+        # Scaled so that sums over the frequencies of a real transform of `size` are those over its lags.
+        between = rfft(kept) * half_weights(size)
         # Of each channel the sum over all that its residuals go with.
         moved = np.stack([np.sum(row[:, None, None] * seen, axis=0) for row in between])
         return products_of_spectra(np.moveaxis(seen, 1, 0), np.moveaxis(moved, 1, 0))
@@ -210,7 +233,19 @@ def by_windows(scores: Scores, window: int) -> np.ndarray:
     window : int
         Samples of each; the last of a record may hold fewer.
     """
-    slopes, residuals = _in_windows(scores, window)
+    found = []
+    for r, columns in enumerate(scores.columns):
+        count = int(scores.counts[r])
+        rows = np.concatenate([scores.residuals[r, :, :count, None], scores.slopes[r, :, :count]], axis=-1)
+        cut = _cut(np.moveaxis(rows, -1, 1), window)  # (n_channel, 1 + n_local, n_window, window)
+        cut = np.moveaxis(cut, (2, 0, 3), (0, 1, 2)).reshape(cut.shape[2], -1, cut.shape[1])
+        placed = np.zeros((*cut.shape[:2], 1 + scores.size + 1))
+        placed[..., 0] = cut[..., 0]
+        placed[..., 1 + np.minimum(columns, scores.size)] = cut[..., 1:]
+        found.append(placed[..., : 1 + scores.size])
+    # Residuals ``(n_window, n_row)`` and slopes ``(n_window, n_row, n_free)``, the rows of all channels in turn.
+    whole = np.concatenate(found)
+    slopes, residuals = whole[..., 1:], whole[..., 0]
     root = inverse_root(scores.normal_matrix())
     turned = slopes @ root
     share, axes = np.linalg.eigh(np.einsum("wti,wtj->wij", turned, turned))
@@ -227,22 +262,6 @@ def by_windows(scores: Scores, window: int) -> np.ndarray:
     return np.einsum("wti,wtj->ij", slopes, covariance @ slopes)
 
 
-def _in_windows(scores: Scores, window: int) -> tuple[np.ndarray, np.ndarray]:
-    """Slopes ``(n_window, n_row, n_free)`` and residuals ``(n_window, n_row)``, the rows of all channels in turn."""
-    found = []
-    for r, columns in enumerate(scores.columns):
-        count = int(scores.counts[r])
-        rows = np.concatenate([scores.residuals[r, :, :count, None], scores.slopes[r, :, :count]], axis=-1)
-        cut = _cut(np.moveaxis(rows, -1, 1), window)  # (n_channel, 1 + n_local, n_window, window)
-        cut = np.moveaxis(cut, (2, 0, 3), (0, 1, 2)).reshape(cut.shape[2], -1, cut.shape[1])
-        placed = np.zeros((*cut.shape[:2], 1 + scores.size + 1))
-        placed[..., 0] = cut[..., 0]
-        placed[..., 1 + np.minimum(columns, scores.size)] = cut[..., 1:]
-        found.append(placed[..., : 1 + scores.size])
-    whole = np.concatenate(found)
-    return whole[..., 1:], whole[..., 0]
-
-
 def inverse_root(normal: np.ndarray) -> np.ndarray:
     """A root L ``(n, n_seen)`` of the inverse of a normal matrix, ``L L' = H^-1``; what data do not see is left out."""
     if not np.isfinite(normal).all():
@@ -257,21 +276,6 @@ def _cut(rows: np.ndarray, length: int) -> np.ndarray:
     """Rows ``(..., n)`` in blocks of a length, ``(..., n_block, length)``; the last is filled up with zeros."""
     spare = -rows.shape[-1] % length
     return np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, spare)]).reshape(*rows.shape[:-1], -1, length)
-
-
-def _spectrum_between(residuals: np.ndarray, length: int, size: int) -> np.ndarray:
-    """Transform ``(n_channel, n_channel, size // 2 + 1)`` of circular autocovariances at lags below a length.
-
-    Scaled so that sums over the frequencies of a real transform of `size` are those over its lags.
-    """
-    count = residuals.shape[-1]
-    waves = rfft(residuals - residuals.mean(axis=-1, keepdims=True))
-    lags = irfft(waves[:, None] * waves.conj(), count) / count
-    kept = np.zeros((*lags.shape[:2], size))
-    kept[..., :length] = lags[..., :length]
-    if length > 1:
-        kept[..., 1 - length :] = lags[..., 1 - length :]
-    return rfft(kept) * half_weights(size)
 
 
 def sandwich(normal: np.ndarray, middle: np.ndarray) -> np.ndarray:
@@ -291,17 +295,6 @@ def sandwich(normal: np.ndarray, middle: np.ndarray) -> np.ndarray:
     lost = (np.abs(vectors[:, blind]) > BLIND_PART).any(axis=1) | ~seen
     covariance[np.diag_indices_from(covariance)] = np.where(lost, np.inf, np.diag(covariance))
     return covariance
-
-
-def _bartlett(score: np.ndarray, lags: int) -> np.ndarray:
-    size = next_fast_len(len(score) + lags, real=True)
-    spectrum = rfft(np.ascontiguousarray(score.T), size)
-    # The Bartlett-weighted sum of autocovariances is a weighted sum over the periodogram: one pass instead of `lags`.
-    weight = np.zeros(size)
-    taper = 1.0 - np.arange(lags + 1) / (lags + 1.0)
-    weight[: lags + 1] = taper
-    weight[-lags:] = taper[:0:-1]
-    return products_of_spectra(spectrum, spectrum * (rfft(weight).real * half_weights(size)))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ import pytest
 from fibrefit.fitting import values as agreement
 from fibrefit.fitting.checks import check as judge
 from fibrefit.fitting.error_bars import error_bars
-from fibrefit.fitting.search.optimum import _predicted_reduction
 from fibrefit.fitting.thresholds import RARE_SCATTER
 from fibrefit.fitting.uncertainty import Scores, newey_west_of
 from fibrefit.study.summaries.check import Check
@@ -100,6 +99,6 @@ def test_a_record_whose_motion_ran_away_from_its_slopes_says_nothing_and_ends_no
     slopes[0, :, 300:, 1] = lost
     scores = replace(scores, slopes=slopes)
     with np.errstate(over="ignore", invalid="ignore"):
-        assert _predicted_reduction(scores, np.ones(scores.size, dtype=bool)) == np.inf
+        assert scores.predicted_reduction(np.ones(scores.size, dtype=bool)) == np.inf
         check(scores)
-    assert _predicted_reduction(fitted(5, 0), np.ones(scores.size, dtype=bool)) < 1e-6
+    assert fitted(5, 0).predicted_reduction(np.ones(scores.size, dtype=bool)) < 1e-6

@@ -22,7 +22,6 @@ from scipy.ndimage import uniform_filter1d
 
 from fibrefit.core.declarations import ROLES
 from fibrefit.core.limits import beyond_limits, time_for
-from fibrefit.fitting import uncertainty
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import (
     ALL_COUNT,
@@ -33,6 +32,7 @@ from fibrefit.fitting.thresholds import (
     MOST_LINEARISATIONS,
     REACTS_ALIKE,
 )
+from fibrefit.fitting.uncertainty import Scores
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.inputs.errors_in_variables import (
     InputCoefficients,
@@ -48,8 +48,6 @@ from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_s
 from fibrefit.problem.linear_model.normal_equations import PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from fibrefit.problem.linear_model.view import View
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.matrices import least_squares
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.results import InputErrorSummary
@@ -471,7 +469,7 @@ class Optimum:
     values: np.ndarray
     local: np.ndarray
     linear: Linearised
-    scores: uncertainty.Scores
+    scores: Scores
     expected_gap: float = 1.0
     input_errors: Mapping[str, InputErrorSummary] = field(default_factory=dict)
     coefficients: InputCoefficients = field(default_factory=dict)
@@ -490,7 +488,7 @@ class Optimum:
         """
         if self.predicted_with_inputs is not None:
             return self.predicted_with_inputs
-        return _predicted_reduction(self.scores, np.array(moving[: self.scores.size]))
+        return self.scores.predicted_reduction(np.array(moving[: self.scores.size]))
 
 
 def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optimum:
@@ -508,7 +506,7 @@ def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optim
     if not known:
         local = np.asarray(problem.layout.local(values))
         linear = linearised(problem, local)
-        return Optimum(problem, values, local, linear, uncertainty.Scores.of(problem, linear, values))
+        return Optimum(problem, values, local, linear, Scores.of(problem, linear, values))
     if ended is not None and ended.differ and ended.coefficients is not None:
         # Values that all records share would lose bounces of those that differ.
         local = ended.local
@@ -518,19 +516,28 @@ def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optim
         found = with_input_errors(task, known, values, coefficients, near)
         local = np.asarray(problem.layout.local(found.values))
     shares = noise_left(task, found)
-    linear, scores = _scores(found, local, shares)
-    rms = error_rms(problem, known, found.coefficients)
-    usual = {name: _mean_rms(task.input_noise[name], task) for name in rms}
-    errors = {
-        name: InputErrorSummary(rms=size, noise=usual[name], unit=ROLES[name], looked_for=known[name].rms)
-        for name, size in rms.items()
-    }
+    # Residuals and slopes without what errors of the inputs can imitate.
+    layout, weights = found.problem.layout, found.sensitivities.downweight
+    linear, counts = found.problem.linearised_at(local), np.asarray(found.problem.observations.experiment.count)
+    residuals = np.asarray(linear.residuals) * weights
+    slopes = np.moveaxis(np.asarray(linear.slopes) * weights[..., None], -1, 1)
+    left, waves = without_input_errors(found.sensitivities, slopes.reshape(*slopes.shape[:2], -1))
+    slopes = np.moveaxis(left.reshape(slopes.shape), 1, -1)
+    # Errors of inputs that are fitted take some of the readings' noise with them: it is put back.
+    whole = residuals / np.where(shares > 0.0, shares, 1.0)[:, :, None]
+    prior, belief = np.einsum("riw,rjw->rij", waves, waves), layout.prior_gram(found.values)
+    scores = Scores(whole, slopes, counts, layout.local_columns, layout.size, prior, belief)
+    errors = {}
+    for name, size in error_rms(problem, known, found.coefficients).items():
+        squares = [task.input_noise[name].rms(trace.duration, trace.rate) ** 2 for trace in task.traces]
+        usual = float(np.sqrt(np.mean(squares)))
+        errors[name] = InputErrorSummary(rms=size, noise=usual, unit=ROLES[name], looked_for=known[name].rms)
     expected = float(np.sqrt(np.mean(shares**2)))
     return Optimum(
         found.problem,
         found.values,
         local,
-        linear,
+        Linearised(residuals, slopes),
         scores,
         expected,
         errors,
@@ -543,35 +550,4 @@ def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optim
 def optimum_of_each(shared: Optimum, local: np.ndarray) -> Optimum:
     """An optimum of exact inputs with values of each record, ``(n_record, n_local)`` in SI units, about shared ones."""
     linear = linearised(shared.problem, local)
-    return replace(
-        shared, local=local, linear=linear, scores=uncertainty.Scores.of(shared.problem, linear, shared.values)
-    )
-
-
-def _scores(found: WithInputErrors, local: np.ndarray, shares: np.ndarray) -> tuple[Linearised, uncertainty.Scores]:
-    """Residuals and slopes without what errors of the inputs can imitate."""
-    layout, weights = found.problem.layout, found.sensitivities.downweight
-    linear, counts = found.problem.linearised_at(local), np.asarray(found.problem.observations.experiment.count)
-    residuals = np.asarray(linear.residuals) * weights
-    slopes = np.moveaxis(np.asarray(linear.slopes) * weights[..., None], -1, 1)
-    left, waves = without_input_errors(found.sensitivities, slopes.reshape(*slopes.shape[:2], -1))
-    slopes = np.moveaxis(left.reshape(slopes.shape), 1, -1)
-    # Errors of inputs that are fitted take some of the readings' noise with them: it is put back.
-    whole = residuals / np.where(shares > 0.0, shares, 1.0)[:, :, None]
-    prior, belief = np.einsum("riw,rjw->rij", waves, waves), layout.prior_gram(found.values)
-    scores = uncertainty.Scores(whole, slopes, counts, layout.local_columns, layout.size, prior, belief)
-    return Linearised(residuals, slopes), scores
-
-
-def _mean_rms(noise: Noise, task: Task) -> float:
-    squares = [noise.rms(trace.duration, trace.rate) ** 2 for trace in task.traces]
-    return float(np.sqrt(np.mean(squares)))
-
-
-def _predicted_reduction(scores: uncertainty.Scores, moving: np.ndarray) -> float:
-    normal, gradient = scores.normal_matrix()[moving][:, moving], scores.gradient()[moving]
-    if not moving.any():
-        return 0.0
-    found = float(least_squares(normal, gradient) @ gradient / max(scores.variance(), 1e-300))
-    # Where a motion has no slopes, nothing says that the search has arrived.
-    return np.inf if np.isnan(found) else found
+    return replace(shared, local=local, linear=linear, scores=Scores.of(shared.problem, linear, shared.values))

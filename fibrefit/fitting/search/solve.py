@@ -190,12 +190,18 @@ def descend_all(problem: Problem, starts: Any, width: Any, counts: Any, active: 
 
 def _descend(problem: Problem, start: Any, width: Any, count: Any, stopping: Stopping) -> Descent:
     """One horizon; where that ends nowhere, the start is kept."""
-    import optimistix as optx  # a program that was compiled before does without
+    # A program that was compiled before does without.
+    import optimistix as optx
 
+    from fibrefit.fitting.search.trust_region import TrustRegion
+
+    rtol, atol = 1e-3 * stopping.near**2, 0.1 * stopping.near / STRIDE
+    search: Any = TrustRegion(**BOLDNESS, rounding=ROUNDING)
+    solver = eqx.tree_at(lambda solver: solver.search, optx.LevenbergMarquardt(rtol=rtol, atol=atol), search)
     stride = STRIDE * width
     solution: Any = optx.least_squares(
         lambda step, part: compressed_residuals(start + stride * step, part),
-        _solver(rtol=1e-3 * stopping.near**2, atol=0.1 * stopping.near / STRIDE),
+        solver,
         jnp.zeros_like(start),
         args=problem.until(count),
         max_steps=stopping.steps,
@@ -206,12 +212,3 @@ def _descend(problem: Problem, start: Any, width: Any, count: Any, stopping: Sto
     sound = jnp.isfinite(end).all() & jnp.isfinite(cost)
     success = sound & (solution.result == optx.RESULTS.successful)
     return Descent(jnp.where(sound, end, start), jnp.where(sound, cost, jnp.inf), solution.stats["num_steps"], success)
-
-
-def _solver(rtol: Any, atol: Any) -> Any:
-    import optimistix as optx
-
-    from fibrefit.fitting.search.trust_region import TrustRegion
-
-    search: Any = TrustRegion(**BOLDNESS, rounding=ROUNDING)
-    return eqx.tree_at(lambda solver: solver.search, optx.LevenbergMarquardt(rtol=rtol, atol=atol), search)
