@@ -65,18 +65,6 @@ def test_what_all_starts_agree_on_is_left_for_a_lower_minimum_beside_it(
     assert away[1].max() > 8.0
 
 
-def test_few_of_many_samples_find_it_too(
-    in_wrong_minimum: tuple[Task, dict[str, float]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    task, _ = in_wrong_minimum
-    alone = searched(task)
-    every = searched_nearby(task.problem, alone, task.counts[-1:])
-    monkeypatch.setattr(around, "thinning", lambda problem: 2)
-    few = searched_nearby(task.problem, alone, task.counts[-1:])
-    assert few.cost.min() == pytest.approx(every.cost.min(), abs=0.01)
-    assert FEW < few.planned < every.planned
-
-
 def test_a_fit_says_that_starts_ended_in_several(in_wrong_minimum: tuple[Task, dict[str, float]]) -> None:
     task, _ = in_wrong_minimum
     found = identify(task, FEW)

@@ -15,12 +15,10 @@ import pytest
 from fibrefit.fitting import profile
 from fibrefit.fitting.profile import plain_cost, profile_interval
 from fibrefit.fitting.result import Identification
-from fibrefit.fitting.search import starts as multistart
 from fibrefit.fitting.search.rescue import second_opinion
 from fibrefit.fitting.search.solve import TO_THE_END, Descent, Stopping, descend_all, gram_at, widths
 from fibrefit.fitting.search.starts import (
     FAR_ABOVE,
-    FEWEST_KEPT,
     HorizonSchedule,
     Searched,
     _far_above_best,
@@ -30,7 +28,6 @@ from fibrefit.fitting.search.starts import (
     collected,
     latin_hypercube_starts,
     search,
-    thinning,
 )
 from fibrefit.fitting.search.trust_region import TrustRegion
 from fibrefit.fitting.thresholds import SAME_BASIN
@@ -114,65 +111,6 @@ def test_a_horizon_has_arrays_of_its_own_where_that_spares_more_than_compiling_t
         assert (as_long_as_needed(problem, starts, worth) is not problem) is cut
     # The last horizon is the whole of each record.
     assert as_long_as_needed(problem, np.repeat(long_task.counts[-1:], 10**6, axis=0), worth) is problem
-
-
-@pytest.fixture(scope="module")
-def fine_task(tmp_path_factory: pytest.TempPathFactory) -> Task:
-    """One drop of which every second sample would do."""
-    one = made.record("drop_10mm.csv", 0.01, samples=2 * FEWEST_KEPT)
-    return made.task(tmp_path_factory.mktemp("fine"), [one], lifts=(0.01,))
-
-
-@pytest.mark.slow
-def test_few_of_many_samples_lead_starts_to_the_same_place(fine_task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = fine_task.problem
-    began = problem.layout.free(latin_hypercube_starts(problem.layout, fine_task.start, fine_task.spread, 4, 0))
-    followed = multistart.descend_all
-    shapes: list[int] = []
-
-    def seen(problem: Problem, *rest: Any) -> Descent:
-        shapes.append(length_of(problem))
-        return followed(problem, *rest)
-
-    monkeypatch.setattr(multistart, "descend_all", seen)
-    few = search(problem, began, fine_task.horizons, lambda _: None).descent
-    # All samples are asked once, from the one place to which the few have led.
-    assert shapes.count(length_of(problem)) == 1
-    assert min(shapes) == length_of(problem) // 2
-    monkeypatch.setattr(multistart, "thinning", lambda problem: 1)
-    plain = search(problem, began, fine_task.horizons, lambda _: None).descent
-    assert few.cost.min() == pytest.approx(plain.cost.min(), abs=1e-3)
-    ends = [end.free[int(np.argmin(end.cost))] for end in (few, plain)]
-    np.testing.assert_allclose(ends[0], ends[1], atol=1e-2 * widths(problem, ends[1]).min())
-
-
-@pytest.mark.slow
-def test_where_few_samples_cannot_be_simulated_all_of_them_are_followed(
-    fine_task: Task, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    problem = fine_task.problem
-    began = problem.layout.free(np.asarray(fine_task.start)[None])
-    thinned = Problem.thinned
-
-    def nowhere(self: Problem, every: int) -> Problem:
-        thin = thinned(self, every)
-        broken = {c: np.full(values.shape, np.nan) for c, values in thin.observations.measured.items()}
-        return with_data(thin, thin.observations._replace(measured=broken))
-
-    monkeypatch.setattr(Problem, "thinned", nowhere)
-    found = search(problem, began, fine_task.horizons, lambda _: None).descent
-    assert np.isfinite(found.cost).all()
-
-
-def test_samples_are_left_out_only_where_what_is_between_them_is_noise(fine_task: Task, long_task: Task) -> None:
-    problem = fine_task.problem
-    assert thinning(problem) == 2
-    assert thinning(long_task.problem) == 1
-    data = problem.observations
-    beat = {c: np.asarray(v) + 3.0 * made.NOISE[c] * (-1.0) ** np.arange(v.shape[1]) for c, v in data.measured.items()}
-    assert thinning(with_data(problem, data._replace(measured=beat))) == 1
-    driven = data._replace(experiment=data.experiment._replace(inputs={"drive": data.measured["position"]}))
-    assert thinning(with_data(problem, driven)) == 1
 
 
 def with_data(problem: Problem, data: Observations) -> Problem:

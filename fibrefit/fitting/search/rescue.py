@@ -32,7 +32,6 @@ from fibrefit.fitting.search.solve import (
 from fibrefit.fitting.search.starts import (
     STARTS_AT_ONCE,
     basins_of,
-    thinning,
     with_rows,
 )
 from fibrefit.fitting.thresholds import FIT_TOLERANCE, LOSES, SAME_PLACE
@@ -60,44 +59,32 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
     whole : (1, n_record) int
         Samples of each record.
     """
-    layout, counts, every = problem.layout, np.repeat(whole, STARTS_AT_ONCE, axis=0), thinning(problem)
+    layout, counts = problem.layout, np.repeat(whole, STARTS_AT_ONCE, axis=0)
     low, high = (np.array([getattr(slot.range, end) for slot, _ in layout.entries]) for end in ("lower", "upper"))
     for number in range(ROUNDS):
         values, cost = starts.best
-        places = values + AWAY * rough_errors(problem, values, cost) * _signs(len(values), number)
-        began, width = np.clip(places, low, high), widths(problem, layout.free(values))
-        free, active = layout.free(began), np.ones(STARTS_AT_ONCE, dtype=bool)
-        if every > 1:
-            free, active = _lower_of_few(problem.thinned(every), np.array([layout.free(values), *free]), width, counts)
-        if not active.any():
-            break
-        found = _ends(problem, free, width, counts, active, layout.free(values))
+        # Ways from a place, of one and minus one: Walsh functions, other ones at each look.
+        rows, places = np.arange(1, STARTS_AT_ONCE // 2 + 1) + number * STARTS_AT_ONCE // 2, range(len(values))
+        odd = np.array([[(int(row) & place).bit_count() % 2 for place in places] for row in rows])
+        signs = np.concatenate([1.0 - 2.0 * odd, 2.0 * odd - 1.0])
+        began = np.clip(values + AWAY * rough_errors(problem, values, cost) * signs, low, high)
+        width, best = widths(problem, layout.free(values)), layout.free(values)
+        every = np.ones(STARTS_AT_ONCE, dtype=bool)
+        found = descend_all(problem, layout.free(began), width, counts, every, Stopping(np.asarray(FOR_A_HORIZON)))
+        # What comes back to the best place is followed no further than that.
+        further = ~(np.max(np.abs(np.asarray(found.free) - best) / width, axis=-1) < SAME_PLACE)
+        if further.any():
+            free = layout.free(began)
+            ends = descend_all(problem, free, width, counts, further, Stopping(np.asarray(TO_THE_END)))
+            pairs = zip(map(np.asarray, found), map(np.asarray, ends), strict=True)
+            found = Descent(*(with_rows(old, further, new[further]) for old, new in pairs))
         lower = cost - np.asarray(found.cost).min() > FIT_TOLERANCE
         if not lower and not number:
             return starts
-        starts = with_further_starts(
-            starts, layout, began[active], Descent(*(np.asarray(leaf)[active] for leaf in found))
-        )
+        starts = with_further_starts(starts, layout, began, Descent(*map(np.asarray, found)))
         if not lower:
             break
     return starts
-
-
-def _ends(
-    problem: Problem, free: np.ndarray, width: np.ndarray, counts: np.ndarray, active: np.ndarray, best: np.ndarray
-) -> Descent:
-    """Ends of descents; those that come back to the best place ``(n_free,)`` are followed no further than that."""
-    rough = descend_all(problem, free, width, counts, active, Stopping(np.asarray(FOR_A_HORIZON)))
-    further = active & ~(np.max(np.abs(np.asarray(rough.free) - best) / width, axis=-1) < SAME_PLACE)
-    if not further.any():
-        return rough
-    found = descend_all(problem, free, width, counts, further, Stopping(np.asarray(TO_THE_END)))
-    return Descent(
-        *(
-            with_rows(old, further, new[further])
-            for old, new in zip(map(np.asarray, rough), map(np.asarray, found), strict=True)
-        )
-    )
 
 
 def with_further_starts(starts: Starts, layout: Layout, began: np.ndarray, found: Descent) -> Starts:
@@ -116,39 +103,6 @@ def with_further_starts(starts: Starts, layout: Layout, began: np.ndarray, found
         basin=basins_of(costs),
         planned=starts.planned + len(began),
     )
-
-
-def _lower_of_few(
-    thin: Problem, free: np.ndarray, width: np.ndarray, counts: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Ends ``(STARTS_AT_ONCE, n_free)`` of descents in few of many samples; which lie lower than the first place's own.
-
-    Parameters
-    ----------
-    thin : Problem
-    free : (1 + STARTS_AT_ONCE, n_free) free coordinates
-        Of the best place, and of those that are looked from.
-    width : (n_free,) unit of the steps of all samples
-    counts : (STARTS_AT_ONCE, n_record) int, of all samples
-    """
-    fewer = np.asarray(thin.observations.experiment.count)
-    every = float(counts[0].sum() / fewer.sum())
-    wider, stopping = np.sqrt(every) * width, Stopping(np.asarray(TO_THE_END))
-    fewer = np.repeat(fewer[None], STARTS_AT_ONCE, axis=0)
-    own = descend_all(thin, np.resize(free[0], free[1:].shape), wider, fewer, np.arange(STARTS_AT_ONCE) < 1, stopping)
-    others = descend_all(thin, free[1:], wider, fewer, np.ones(STARTS_AT_ONCE, dtype=bool), stopping)
-    ends, costs = np.asarray(others.free), np.asarray(others.cost)
-    lowest = int(np.argmin(costs))
-    same = np.max(np.abs(ends - ends[lowest]) / wider, axis=-1) < SAME_PLACE
-    lower = float(np.asarray(own.cost).min()) - costs > FIT_TOLERANCE / every
-    return ends, lower & (~same | (np.arange(STARTS_AT_ONCE) == lowest))
-
-
-def _signs(size: int, number: int) -> np.ndarray:
-    """Ways from a place, ``(STARTS_AT_ONCE, size)`` of one and minus one: Walsh functions, other ones at each look."""
-    rows, places = np.arange(1, STARTS_AT_ONCE // 2 + 1) + number * STARTS_AT_ONCE // 2, np.arange(size)
-    odd = np.array([[(int(row) & int(place)).bit_count() % 2 for place in places] for row in rows])
-    return np.concatenate([1.0 - 2.0 * odd, 2.0 * odd - 1.0])
 
 
 def rough_errors(problem: Problem, values: np.ndarray, cost: float) -> np.ndarray:

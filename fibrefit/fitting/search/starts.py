@@ -32,49 +32,6 @@ from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-FEWEST_KEPT = 4096
-"""Samples that the shortest record keeps: a drop of four seconds at 1 kHz, which leads starts as well as more do."""
-
-MISSED_BETWEEN = 1.5
-"""What a straight line between the samples that are kept misses of those between, over the noise, at the most. Noise
-alone has 1.3 of itself, from three readings; above, the motion would be given by too few samples, and followed with too
-long steps."""
-
-
-def thinning(problem: Problem) -> int:
-    """One sample of how many a search may keep: a power of two, one where all are needed.
-
-    What happens between the samples of a measured input would be lost, so that those keep all.
-
-    Parameters
-    ----------
-    problem : Problem
-    """
-    data = problem.observations
-    kept = int(np.asarray(data.experiment.count).min()) // FEWEST_KEPT
-    if data.experiment.inputs or kept < 2:
-        return 1
-    every = 1 << (kept.bit_length() - 1)
-    while every > 1 and _missed(problem, every) > MISSED_BETWEEN:
-        every //= 2
-    return every
-
-
-def _missed(problem: Problem, every: int) -> float:
-    """Rms over the noise of what straight lines between kept samples miss of the others, of the worst channel."""
-    data = problem.observations
-    share, worst = np.arange(1, every) / every, 0.0
-    for channel, weights in data.weight.items():
-        values, weight = np.asarray(data.measured[channel]), np.asarray(weights)
-        whole = (values.shape[1] - 1) // every * every
-        left, right = values[:, :whole:every, None], values[:, every : whole + 1 : every, None]
-        held = (weight[:, :whole:every, None] > 0.0) & (weight[:, every : whole + 1 : every, None] > 0.0)
-        between, counted = (rows[:, :whole].reshape(len(rows), -1, every)[..., 1:] for rows in (values, weight))
-        off = (between - left - share * (right - left)) * np.where(held, counted, 0.0)
-        worst = max(worst, float(np.sqrt(np.sum(off**2) / max(np.count_nonzero(off), 1))))
-    return worst
-
-
 FEW = 4
 """Number of starts up to which they are all left where they are."""
 
@@ -206,10 +163,6 @@ class HorizonSchedule(NamedTuple):
         return cls(ROUGH_STEPS if task.noisy_inputs else MAX_STEPS, 0 if often else WORTH_A_PROGRAM)
 
 
-Run = Callable[[np.ndarray], Descent]
-"""Descents from the starts of these numbers over one horizon."""
-
-
 class Searched(NamedTuple):
     """Where starts ended, and which of them came to an end before someone stopped the search.
 
@@ -256,91 +209,48 @@ def search(
     KeyboardInterrupt
         If it is stopped before anything is known of any start.
     """
-    every, schedule = thinning(problem), schedule or HorizonSchedule()
-    if every > 1:
-        # Once more over the whole records: only where few samples say that it is, all of them are used.
-        longer = np.concatenate([horizons, horizons[:, -1:]], axis=1)
-        found = _searched(_Sparse(problem, every, schedule), starts, longer, on_progress, stop)
-        if np.isfinite(found.descent.cost).any():
-            return found
-    return _searched(_Sparse(problem, 1, schedule), starts, horizons, on_progress, stop)
-
-
-class _Sparse:
-    """A problem of which all horizons but the last see one of `every` samples.
-
-    Parameters
-    ----------
-    problem : Problem
-    every : int
-    schedule : HorizonSchedule
-    """
-
-    def __init__(self, problem: Problem, every: int, schedule: HorizonSchedule) -> None:
-        self.problem, self._every, self._schedule = problem, every, schedule
-        self._thin = problem.thinned(every) if every > 1 else problem
-
-    def spacing(self, last: bool) -> int:
-        """One sample of how many a horizon sees."""
-        return 1 if last else self._every
-
-    def follow(self, found: Descent, width: np.ndarray, counts: np.ndarray, stage: int) -> Run:
-        """Descents over horizon number `stage` of those of each start, ``(n_start, n_stage, n_record)``."""
-        last = stage == counts.shape[1] - 1
-        count = -(-counts[:, stage] // self.spacing(last))
-        problem = as_long_as_needed(self.problem if last else self._thin, count, self._schedule.spared)
-        return partial(
-            _part,
-            problem,
-            found.free,
-            width,
-            count,
-            Stopping(np.asarray(TO_THE_END if last else FOR_A_HORIZON), self._schedule.steps),
-        )
-
-
-def _searched(
-    sparse: _Sparse,
-    starts: np.ndarray,
-    horizons: np.ndarray,
-    on_progress: Callable[[float], None],
-    stop: Callable[[], bool],
-) -> Searched:
+    schedule = schedule or HorizonSchedule()
     number, stages = len(starts), horizons.shape[1]
     way = np.arange(number) % len(horizons)
-    leader = np.arange(number)
-    zero = np.zeros(number, dtype=int)
+    counts, leader, zero = horizons[way], np.arange(number), np.zeros(number, dtype=int)
     found = Descent(starts, np.full(number, np.inf), zero, zero.astype(bool))
     lost = np.zeros(number, dtype=bool)
+
+    def follow(found: Descent, width: np.ndarray, stage: int) -> Run:
+        """Descents from where starts are by now, over horizon number `stage`."""
+        near = TO_THE_END if stage == stages - 1 else FOR_A_HORIZON
+        whole, stopping = as_long_as_needed(problem, counts[:, stage], schedule.spared), np.asarray(near)
+        return partial(_part, whole, found.free, width, counts[:, stage], Stopping(stopping, schedule.steps))
+
     with thread_pool(THREADS) as pool:
         for stage in range(stages):
-            # Of fewer samples, errors are wider.
-            wider = math.sqrt(sparse.spacing(stage == stages - 1))
-            width = wider * _widths_at_best(sparse.problem, found, horizons[way, stage])
-            run = sparse.follow(found, width, horizons[way], stage)
+            # Where a motion bounces on, steps that suit the whole record are far too small for a part.
+            best = int(np.argmin(found.cost))
+            width = widths(problem.until(counts[best, stage]), found.free[best])
             tell = lambda share, stage=stage: on_progress((stage + share) / stages)  # noqa: E731
-            ended, done = _stage(pool, run, found, np.unique(leader[~lost]), tell, stop)
+            ended, done = _stage(pool, follow(found, width, stage), found, np.unique(leader[~lost]), tell, stop)
             reached = lost | np.isin(leader, done)
             # One start alone is followed to its end in any case.
             if not reached.all() or (stage < stages - 1 and number > 1 and stop()):
-                known = _as_far_as_known(found, ended, leader, reached)
+                # Those that were reached are where their leaders are, the others as they were before.
+                at = np.where(reached, leader, number + np.arange(number))
+                known = Descent(*(np.concatenate([new, old])[at] for old, new in zip(found, ended, strict=True)))
                 if stage == stages - 1 and np.isfinite(known.cost[reached]).any():
                     return Searched(known, reached)
-                return _best_alone(sparse.follow, known, width, horizons[way], stage, reached)
+                return _best_alone(partial(follow, width=width), known, range(stage, stages), reached)
             found = Descent(*(leaf[leader] for leaf in ended))
-            if sparse.spacing(last=False) > 1 and not np.isfinite(found.cost).any():
-                break
             if stage < stages - 1:
-                lost |= _far_above_best(found.cost / horizons[way, stage].sum(axis=-1))
+                lost |= _far_above_best(found.cost / counts[:, stage].sum(axis=-1))
                 found = found._replace(cost=np.where(lost, np.inf, found.cost))
-            leader = _leaders(found, width, _alike(horizons, stage)[way])
+            # Ways are alike that have this horizon and all further ones in common.
+            rows = horizons[:, stage:].reshape(len(horizons), -1)
+            alike = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
+            leader = _leaders(found, width, alike[way])
     return Searched(found, np.ones(number, dtype=bool))
 
 
-def _widths_at_best(problem: Problem, found: Descent, counts: np.ndarray) -> np.ndarray:
-    """Steps that suit a horizon: where a motion bounces on, those of the whole record are far too small for a part."""
-    best = int(np.argmin(found.cost))
-    return widths(problem.until(counts[best]), found.free[best])
+Run = Callable[[np.ndarray], Descent]
+"""Descents from the starts of these numbers over one horizon."""
 
 
 def as_long_as_needed(problem: Problem, counts: np.ndarray, spared: int) -> Problem:
@@ -382,32 +292,20 @@ class NowhereYet(KeyboardInterrupt):
     """A search was stopped before any of its starts had come anywhere."""
 
 
-def _best_alone(
-    follow: Callable[..., Run], known: Descent, width: np.ndarray, counts: np.ndarray, stage: int, reached: np.ndarray
-) -> Searched:
-    """The best start of all that got as far as any, followed to its end."""
+def _best_alone(follow: Callable[..., Run], known: Descent, stages: range, reached: np.ndarray) -> Searched:
+    """The best start of all that got as far as any, followed to its end, from the first of these horizons."""
     ahead = reached & np.isfinite(known.cost)
-    first = stage + 1 if ahead.any() else stage
     cost = np.where(ahead, known.cost, np.inf) if ahead.any() else known.cost
     if not np.isfinite(cost).any():
         stopped = NowhereYet()
         stopped.add_note("No start of the search had come anywhere yet; nothing was written.")
         raise stopped
     best = np.array([int(np.argmin(cost))])
-    for later in range(first, counts.shape[1]):
-        end = follow(known, width, counts, later)(best)
+    for stage in stages[1:] if ahead.any() else stages:
+        end = follow(known, stage=stage)(best)
         end = end._replace(steps=known.steps[best] + end.steps)
         known = Descent(*(with_rows(old, best, new) for old, new in zip(known, end, strict=True)))
     return Searched(known, np.arange(len(reached)) == best[0])
-
-
-def _as_far_as_known(before: Descent, after: Descent, leader: np.ndarray, reached: np.ndarray) -> Descent:
-    """Descents of the starts that were reached with their leaders, and the others as they were before."""
-
-    def rows(old: np.ndarray, new: np.ndarray) -> np.ndarray:
-        return np.where(reached.reshape(-1, *(1,) * (old.ndim - 1)), new[leader], old)
-
-    return Descent(*(rows(old, new) for old, new in zip(before, after, strict=True)))
 
 
 def with_rows(old: np.ndarray, rows: np.ndarray, new: np.ndarray) -> np.ndarray:
@@ -430,12 +328,6 @@ def _part(
 def _far_above_best(cost: np.ndarray) -> np.ndarray:
     """Starts ``(n_start,)`` whose cost of a sample is far above the lowest; none where none has a cost."""
     return np.isfinite(cost.min()) & ~(cost <= FAR_ABOVE * cost.min())
-
-
-def _alike(horizons: np.ndarray, stage: int) -> np.ndarray:
-    """Numbers ``(n_way,)``, equal for ways that have this horizon and all further ones in common."""
-    rows = horizons[:, stage:].reshape(len(horizons), -1)
-    return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def _leaders(found: Descent, width: np.ndarray, way: np.ndarray) -> np.ndarray:
