@@ -18,25 +18,23 @@ from fibrefit.fitting.result import NOT_ARRIVED, Found, Gap, Starts, Why, record
 from fibrefit.fitting.search.optimum import optimum
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import (
-    AGREEMENT,
     CHANCE,
     DIVERGED,
     FACTOR,
     FEW_STARTS,
     FIT_TOLERANCE,
+    GAP_OF_PART,
     GRAVITY_OFF,
-    INPUT_ERROR,
     LATE_FORCE,
     LESS_PROBABLE,
     LOUDER_THAN_AT_REST,
     MINIMA_KNOWN,
-    PHASE_RATIO,
-    RARE_SCATTER,
     ROUGHLY,
     SPECTRUM_RATIO,
     STARTS_AGREED,
     STATE_SHARE,
     UNEXPLAINED,
+    UNNOTICED,
     USELESS,
     WORSE,
 )
@@ -198,7 +196,7 @@ def finite(values: np.ndarray, trouble: np.ndarray, records: tuple[str, ...]) ->
 
 def second_solver(distance: float, gain: float) -> Found:
     """Whether another solver, with other coordinates, ends at the same place."""
-    passed = distance <= AGREEMENT and gain <= FIT_TOLERANCE
+    passed = distance <= UNNOTICED and gain <= FIT_TOLERANCE
     return Found(distance, {"gain": gain, "nats": None}, passed)
 
 
@@ -437,7 +435,7 @@ def inputs_within_noise(errors: Mapping[str, InputErrorSummary]) -> list[Found]:
     Errors are looked for at the frequencies that move the weight: a logger's noise at all the others is no excuse.
     """
     return [
-        Found(error.times_expected, passed=0.0 < error.times_expected <= INPUT_ERROR, of=name)
+        Found(error.times_expected, passed=0.0 < error.times_expected <= GAP_OF_PART, of=name)
         for name, error in errors.items()
     ]
 
@@ -490,7 +488,7 @@ CHECKS: tuple[CheckRow, ...] = (
     ),
     CheckRow(
         SECOND, "a second solver agrees", "agreement with a second solver",
-        second_solver_agrees, AGREEMENT, applies=compares_solvers,
+        second_solver_agrees, UNNOTICED, applies=compares_solvers,
     ),
     CheckRow(
         AGREED, "the best minimum was found", "agreement of the starts (multistart)", best_minimum, STARTS_AGREED
@@ -516,7 +514,7 @@ CHECKS: tuple[CheckRow, ...] = (
     ),
     CheckRow(
         "{}_error", "the {} is as measured", "error of the measured {}",
-        lambda e: inputs_within_noise(e.input_errors), INPUT_ERROR, about="model",
+        lambda e: inputs_within_noise(e.input_errors), GAP_OF_PART, about="model",
     ),
     CheckRow(
         "residual_spectrum", "residuals have the noise's spectrum", "residual spectrum",
@@ -524,7 +522,7 @@ CHECKS: tuple[CheckRow, ...] = (
     ),
     CheckRow(
         "residual_phase", "no phase stands out", "residuals by phase",
-        lambda e: phases(e.residual_set), PHASE_RATIO, about="model", decides=True, remedy="search",
+        lambda e: phases(e.residual_set), GAP_OF_PART, about="model", decides=True, remedy="search",
     ),
     CheckRow(
         "residual_state", "residuals do not depend on the state", "residuals vs state",
@@ -578,7 +576,7 @@ CHECKS: tuple[CheckRow, ...] = (
     ),
     CheckRow(
         "records_agree", "single records agree", "agreement of the records",
-        agreeing_records, RARE_SCATTER, applies=of_plain,
+        agreeing_records, UNLIKELY, applies=of_plain,
     ),
     CheckRow(
         "force_balance", "the force is the one the motion asks for", "force balance (inverse dynamics)",

@@ -11,8 +11,8 @@ from fibrefit.fitting import uncertainty
 from fibrefit.fitting.gls import GlsEstimate, kind_of_interval
 from fibrefit.fitting.residuals import CELLS
 from fibrefit.fitting.result import Estimate, PlainEstimate
-from fibrefit.fitting.thresholds import AT_BOUND
-from fibrefit.fitting.uncertainty import MEMORY, MOST_LEVERAGE, ErrorBars, Scores, inverse_root, sandwich
+from fibrefit.fitting.thresholds import BLIND_PART, UNNOTICED
+from fibrefit.fitting.uncertainty import MEMORY, ErrorBars, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.statement.layout import RAN_AWAY, Range, gathered
 from fibrefit.problem.statement.problem import Problem
@@ -125,7 +125,7 @@ def estimates(
 
 def at_bound(value: float, error: float, limits: Range) -> bool:
     """Whether an estimate is stopped by a limit: nearer to it than a tenth of its error."""
-    tolerance = AT_BOUND * error if np.isfinite(error) else 0.0
+    tolerance = UNNOTICED * error if np.isfinite(error) else 0.0
     return limits.at_bound(value, max(tolerance, 1e-9 * limits.scale))
 
 
@@ -162,9 +162,6 @@ def _held(problem: Problem) -> list[Estimate]:
     return found
 
 
-PARTS = round(1.0 / MEMORY)
-"""Parts of a record: each as long as the longest correlation allowed for in noise."""
-
 METHOD = "discrepancy"
 
 
@@ -197,16 +194,16 @@ def with_discrepancy(bars: ErrorBars, scores: Scores, motion: Motion) -> ErrorBa
 
 
 def _without_parts(scores: Scores) -> np.ndarray:
-    """Covariance ``(n_free, n_free)`` by the jackknife over parts of the records."""
+    """Covariance ``(n_free, n_free)`` by the jackknife over parts of the records as long as noise may be correlated."""
     root = inverse_root(scores.normal_matrix())
     steps = []
     for r, columns in enumerate(scores.columns):
         seen = columns < scores.size
         score, count = scores.of_record(r)[:, seen], int(scores.counts[r])
-        for part in np.array_split(np.arange(count), PARTS):
+        for part in np.array_split(np.arange(count), round(1.0 / MEMORY)):
             slopes = scores.slopes[r][:, part][..., seen] @ root[columns[seen]]
             share, axes = np.linalg.eigh(np.einsum("cti,ctj->ij", slopes, slopes))
-            share = np.clip(share, 0.0, MOST_LEVERAGE)
+            share = np.clip(share, 0.0, 1.0 - BLIND_PART)
             own = root[columns[seen]].T @ score[part].sum(axis=0)
             steps.append(root @ (axes @ ((axes.T @ own) / (1.0 - share))))
     return (len(steps) - 1) / len(steps) * np.einsum("ri,rj->ij", steps, steps)

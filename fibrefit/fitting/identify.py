@@ -31,6 +31,7 @@ from fibrefit.fitting.search.rescue import (
 )
 from fibrefit.fitting.search.solve import Descent, widths
 from fibrefit.fitting.search.starts import (
+    STARTS_AT_ONCE,
     HorizonSchedule,
     Searched,
     as_probable,
@@ -125,7 +126,9 @@ def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, st
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, second, how)
     if ended is None and _may_lose_bounces(task, found_all, how) and not stop():
-        alone = partial(_search, number=min(starts, STARTS_ALONE), seed=seed, tell=quiet, stop=stop, schedule=schedule)
+        alone = partial(
+            _search, number=min(starts, STARTS_AT_ONCE), seed=seed, tell=quiet, stop=stop, schedule=schedule
+        )
         ended = _each(task, found_all, how, alone, tell)
         found_all = found_all if ended is None or stop() else _apart(task, found, second, found_all, how, ended)
     if how.profile:
@@ -139,8 +142,6 @@ def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, st
 
 
 SOFT_BEYOND = 3.0
-STARTS_ALONE = 4
-"""Of a record by itself: all searched from in one go, by one core."""
 
 
 def _may_lose_bounces(task: Task, found: Identification, how: How) -> bool:

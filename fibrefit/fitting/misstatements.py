@@ -34,9 +34,9 @@ from fibrefit.fitting.thresholds import (
     LOUDEST,
     NO_FACTOR,
     REMAINING,
-    ZERO_OVER_NOISE,
     ZERO_SHARE,
 )
+from fibrefit.fitting.uncertainty import MEMORY
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative, look_alikes
 from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
 from fibrefit.problem.estimate.gauss_newton import ROUGHLY_THERE, Effort, mode
@@ -49,9 +49,6 @@ from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.thresholds import SHORTEST_REST
-
-PIECES_OF_HOLD = 8
-"""Pieces of a rest whose means tell how well the mean of all is known."""
 
 FOUND_BY = ("sensor.force_offset", "sensor.force_drift")
 """Effects by which a model finds the zero itself."""
@@ -83,8 +80,9 @@ def slack_zeros(task: Task) -> Found | None:
         held = held[np.isfinite(held)]
         if len(held) < SHORTEST_REST:
             continue
-        means = [float(piece.mean()) for piece in np.array_split(held, PIECES_OF_HOLD)]
-        zero, error = float(np.mean(means)), float(np.std(means, ddof=1)) / np.sqrt(PIECES_OF_HOLD)
+        pieces = round(1.0 / MEMORY)
+        means = [float(piece.mean()) for piece in np.array_split(held, pieces)]
+        zero, error = float(np.mean(means)), float(np.std(means, ddof=1)) / np.sqrt(pieces)
         most = zero_allowed(noise.rms(trace.duration, trace.rate), float(np.nanmax(np.abs(force))))
         beyond = abs(zero) - CHANCE * error
         if beyond > most:
@@ -95,8 +93,11 @@ def slack_zeros(task: Task) -> Found | None:
 
 
 def zero_allowed(noise: float, largest: float) -> float:
-    """How far a zero may be off beside noise and the largest reading of a force, all in N."""
-    return max(ZERO_OVER_NOISE * noise, ZERO_SHARE * largest)
+    """How far a zero may be off beside noise and the largest reading of a force, all in N.
+
+    Slow noise moves the mean of a rest by no more than its size, and a zero within it moves no value by what is seen.
+    """
+    return max(noise, ZERO_SHARE * largest)
 
 
 PATIENCE_PER_HORIZON = 10

@@ -17,15 +17,12 @@ from scipy.special import chdtri, fdtri
 from fibrefit.core.declarations import HELD, PHASES
 from fibrefit.fitting.result import Found, Gap
 from fibrefit.fitting.thresholds import (
-    CARRIED_ALONE,
     CHANCE,
-    FEWEST_IN_MOTION,
     FEWEST_SAMPLES,
     LOUDER_THAN_AT_REST,
     LOUDEST,
     ORDINATES,
     RARE_POWER,
-    SHORTEST_PIECE,
     SLOWEST_OCTAVE,
     STANDS_OUT,
     STATE_SHARE,
@@ -256,7 +253,7 @@ def _shares(pieces: Sequence[tuple[np.ndarray, float]], noise: Noise) -> _Shares
     found = [_Shares(np.empty(0), np.empty(0))]
     for values, rate in pieces:
         count = len(values)
-        if count < SHORTEST_PIECE:
+        if count < 2 * ORDINATES:
             continue
         frequency, power = periodogram(values, rate)
         lines = [f for f, _ in noise.lines] + list(MAINS if not noise.lines else ())
@@ -329,8 +326,11 @@ def states(residual_set: ResidualSet) -> Found:
 
 
 def _steps(state: np.ndarray) -> np.ndarray:
-    """Which of at most `CELLS` equally filled ones each value belongs to; none where there is nothing to tell apart."""
-    if len(state) < FEWEST_IN_MOTION or np.ptp(state) == 0.0:
+    """Which of at most `CELLS` equally filled ones each value belongs to; none where there is nothing to tell apart.
+
+    Of two values in each cell a curve explains half of the noise: of fewer none is tried.
+    """
+    if len(state) < 2 * CELLS or np.ptp(state) == 0.0:
         return np.empty(0, dtype=int)
     return np.searchsorted(np.unique(np.quantile(state, np.linspace(0.0, 1.0, CELLS + 1)[1:-1])), state)
 
@@ -435,7 +435,8 @@ def lone_samples(residual_set: ResidualSet) -> LoneSamples | None:
     beyond = float(squares.sum()) - int(residual_set.counted.sum())
     alone = stands_out(residuals, residual_set.counted)
     share = float(squares[alone].sum()) / beyond if beyond > 0.0 else 0.0
-    if share < CARRIED_ALONE:
+    # They carry most of it.
+    if share < 0.5:
         return None
     places = sorted(np.argwhere(alone).tolist(), key=lambda place: -squares[tuple(place)])
     records, channels, times = residual_set.problem.layout.records, residual_set.channels, residual_set.times

@@ -14,26 +14,21 @@ motion that sticks and bounces is rough at this scale, and values are a fifth of
 at most."""
 DIVERGED = 25.0
 """Promised fall beyond which the end of the search is not even near a minimum: five standard errors."""
-INPUT_ERROR = 1.15
-"""Error of a measured input over its noise beyond which it is not the input's: `problem.thresholds.GAP_OF_NOISE`, and a
-little more, as the error is estimated with the values."""
-AGREEMENT = 0.1
-"""Difference between solvers in standard errors: what nobody would notice in a result."""
+GAP_OF_PART = 1.15
+"""Residual RMS of a phase of the motion over the noise, and error of a measured input over its noise, that still pass:
+`problem.thresholds.GAP_OF_NOISE`, and a little more, as a phase has fewer samples, chance allowed for, and the error
+is estimated with the values."""
+UNNOTICED = 0.1
+"""Part of a standard error that nobody would notice in a result: by less two solvers agree, and within it of a bound
+an estimate is stopped by it."""
 UNEXPLAINED = 0.005
 """Share of the variance of a signal that may be left beyond its noise: seven per cent of its rms."""
 USELESS = 0.05
 """Share beyond which the values are off by a factor, not by an error: what is left is a fifth of the signal itself."""
-OUTWEIGHED = 1.0
-"""What is left of an unexplained signal over what a value does in the readings, both rms, beyond which the value may be
-nothing but a fault that it took up. Stated faults that put a value off by a factor of 1.5 or more leave 0.5 to 2.2,
-most of them more than 1; masses and forces 5 to 10 % wrong leave 0.1 to 0.8: docs/checks.md."""
 FACTOR = 1.5
 """Factor between two values, both of which leave nothing but noise, beyond which neither is of use: what is stated of
 the rig decides between them. A clock 5 % wrong puts damping or friction of one drop off by 2 to 3, one 1 % wrong by
 1.1 to 1.2: docs/checks.md."""
-ZERO_OVER_NOISE = 1.0
-"""Zero of a force over its noise in a record that passes, chance allowed for: slow noise moves the mean of a rest by no
-more, and a zero within the noise moves no value by what anybody sees."""
 ZERO_SHARE = 0.003
 """The same over the largest force that a record reads: what gauges drift between two zeroings."""
 ALIKE_EVIDENCE = 6.0
@@ -42,8 +37,6 @@ records alike: odds of twenty to one."""
 STANDS_OUT = 8.0
 """Residual of a sample over the noise, and over the median of the five around it, beyond which it stands alone: the
 largest of a million of noise is at five, and what a model lacks changes over more samples."""
-CARRIED_ALONE = 0.5
-"""Share of what is left beyond the noise, in squares, from which samples that stand alone carry most of it."""
 REMAINING = 0.02
 """Share of what is left beyond the noise, in squares, that may remain where a fault in what is stated explains it: the
 right fault leaves a hundredth at the most, another one a tenth of it or more in drops."""
@@ -62,9 +55,6 @@ MINIMA_KNOWN = 0.95
 FEW_STARTS = 2
 """Starts that have to end in a minimum that leaves only noise, where others are not followed on, and that have to come
 to an end at all: one may be an accident, and agrees with itself."""
-SAME_PLACE = 1.0
-"""Distance in units of the steps, which are those of typical sizes or errors, within which two starts have come to the
-same place."""
 SAME_BASIN = 1e-3
 """Relative difference in cost below which two starts are counted for the same minimum, whatever their values: of a
 thousand samples that is one standard error. Of more than 20 000 readings with exact inputs `LESS_PROBABLE` is less, and
@@ -74,14 +64,9 @@ WORSE = 1.05
 LESS_PROBABLE = 10.0
 """Nats by which the next one has to be less probable instead, where errors of measured inputs hide how much it leaves:
 odds of twenty thousand to one."""
-AT_BOUND = 0.1
-"""Distance from a bound, in standard errors, below which an estimate is stopped by it."""
 
 SPECTRUM_RATIO = 1.25
 """Power of an octave over that of the noise at rest that still passes: short rests tell the spectrum no better."""
-PHASE_RATIO = 1.15
-"""Residual RMS of a phase of the motion over the noise that still passes, chance allowed for: that is
-`problem.thresholds.GAP_OF_NOISE` of fewer samples."""
 STATE_SHARE = 0.10
 """Share of what is left that a curve in a state of the rig may explain: a twentieth in rms."""
 CHANCE = 3.3
@@ -93,18 +78,13 @@ LOUDEST = 1.5
 FEWEST_SAMPLES = 200
 """Samples below which a phase is too short to be judged, unless it is the longest: their mean square scatters by a
 tenth."""
-FEWEST_IN_MOTION = 24
-"""Samples in motion below which no curve in a state is tried: two in each of its cells. Of noise it explains half."""
 SLOWEST_OCTAVE = 0.9
 """Lower edge in Hz down to which octaves are looked at, whatever the rate: contacts and swings of a fibre last up to a
 second. At 2 kHz that is the tenth octave below half the rate; slower records are looked at down to the tenth, too."""
 ORDINATES = 8
-"""Ordinates of a spectrum below which an octave says nothing: their mean is uncertain by a third."""
-SHORTEST_PIECE = 16
-"""Samples of the shortest piece that has a spectrum: its lowest octave holds one ordinate."""
+"""Ordinates of a spectrum below which an octave says nothing: their mean is uncertain by a third. A piece of less than
+twice as many samples has no spectrum."""
 
-RARE_SCATTER = 1e-3
-"""Probability of a scatter between records below which it is not put down to chance, over all parameters."""
 
 TIED = 0.995
 """Correlation beyond which two parameters are distinguished only in name: the error of either is ten times that of
@@ -116,7 +96,8 @@ SEEN = 1e-2
 SMALL_ERROR = 0.01
 """Standard error over a parameter's typical size below which it is small, whatever share of the value it is."""
 BLIND_PART = 1e-3
-"""Component along a direction that the data do not see from which a value has no error bar: less is rounding."""
+"""Component along a direction that the data do not see from which a value has no error bar, and share of a direction
+that one stretch of a record has to leave to the others: less is rounding."""
 WORTHWHILE = 0.8
 """Largest relative error with a further record over that without, below which the record is advised: another one like
 those at hand brings it to 0.7 where there is one, and to 0.9 where there are five."""
@@ -130,13 +111,8 @@ REACTS_ALIKE = 0.005
 """The same of a record up to which what errors of its inputs do is taken to be what they did before: a chord step.
 Residuals are simulated all the same; only how they are weighted is that of before. Of six gains of effects, four were
 within 0.5 nats of those with everything found anew, and two of delays, which move reactions, too, within 2 and 8."""
-HOPELESS = 4.0
-"""Variance that even the best errors of the inputs leave, from which they are not what the model lacks: they stay zero
-then, and the values those for inputs as they were measured."""
-ALL_COUNT = 0.99
-"""Share of the samples that count from which no more can be won by looking once more."""
 MORE_COUNT = 0.01
-"""Share of the samples that have to count more for another look."""
+"""Share of the samples that have to count more for another look; where all but that share count, no more can be won."""
 MOST_LINEARISATIONS = 8
 """How often readings are linearised in the errors of inputs at the most: five did where a ninth of the samples counted
 at first."""
@@ -148,6 +124,8 @@ louder than at rest: of slow noise beside noisy inputs it was 1.22 at the most, 
 more."""
 LOSES = 2.0
 """Ratio of the gap that values shared by all records leave to that which values of their own leave, beyond which the
-former have lost a bounce: nothing that is missing from a model does that."""
+former have lost a bounce: nothing that is missing from a model does that. Where even the best errors of the inputs
+leave as many times the noise, they are not what the model lacks: they stay zero, and values those for inputs as they
+were measured."""
 MODE_REACHED = 0.5
 """Predicted reduction of the objective beyond which the mode of the likelihood was not reached."""

@@ -213,10 +213,6 @@ def block_bootstrap(scores: Scores) -> np.ndarray:
     return scores.assembled(local)
 
 
-MOST_LEVERAGE = 0.999
-"""Share of what is known of a direction up to which one stretch may tell it alone: beyond, rounding would decide."""
-
-
 def by_windows(scores: Scores, window: int) -> np.ndarray:
     """Score variance where a motion is begun anew in each window: what grows inside a window ends with it.
 
@@ -249,7 +245,7 @@ def by_windows(scores: Scores, window: int) -> np.ndarray:
     root = inverse_root(scores.normal_matrix())
     turned = slopes @ root
     share, axes = np.linalg.eigh(np.einsum("wti,wtj->wij", turned, turned))
-    share = np.clip(share, 0.0, MOST_LEVERAGE)
+    share = np.clip(share, 0.0, 1.0 - BLIND_PART)
     along = np.einsum("wti,wt->wi", turned, residuals)
     grown = np.einsum("wij,wj,wkj,wk->wi", axes, 1.0 / (1.0 - share), axes, along)
     own = residuals + np.einsum("wti,wi->wt", turned, grown)

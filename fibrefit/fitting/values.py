@@ -17,8 +17,6 @@ from fibrefit.fitting.thresholds import (
     CHANCE,
     LOOSE,
     NO_FACTOR,
-    OUTWEIGHED,
-    RARE_SCATTER,
     SEEN,
     SMALL_ERROR,
     TIED,
@@ -35,7 +33,7 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.matrices import equilibrated, least_squares, scale_of
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.thresholds import GAP_OF_NOISE
+from fibrefit.problem.thresholds import GAP_OF_NOISE, UNLIKELY
 from fibrefit.study.summaries.part import Z_95
 
 
@@ -258,7 +256,7 @@ class Outweighed(NamedTuple):
     value: float
     unit: str
     ratio: float
-    most: float = OUTWEIGHED
+    most: float = 1.0
 
 
 def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> Outweighed | None:
@@ -273,7 +271,9 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> Outweighed
     Law
     ---
     ``sqrt(e (H^-1)_jj) / |θ_j| > 1`` with e the sum of squares beyond the noise: both sums of squares have the same
-    unit, so that neither noise nor number of samples matter. Values that may have either sign are small by accident,
+    unit, so that neither noise nor number of samples matter. Stated faults that put a value off by a factor of 1.5 or
+    more leave 0.5 to 2.2 of this, most of them more than 1; masses and forces 5 to 10 % wrong 0.1 to 0.8 (docs/checks.md).
+    Values that may have either sign are small by accident,
     and those the records do not see at all are reported elsewhere.
     """
     variance = np.diag(sandwich(*(scores.normal_matrix(),) * 2))
@@ -285,7 +285,7 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> Outweighed
         if record is None and slot.range.lower >= 0.0 and np.isfinite(variance[i]):
             moved = float(np.sqrt(beyond * variance[i]))
             ratio = moved / max(abs(float(values[i])), NO_FACTOR * slot.range.scale)
-            if ratio > (OUTWEIGHED if worst is None else worst.ratio):
+            if ratio > (1.0 if worst is None else worst.ratio):
                 worst = Outweighed(slot.name, float(values[i]), slot.unit, ratio)
     return worst
 
@@ -372,7 +372,7 @@ def records_agree(problem: Problem, values: np.ndarray, scores: Scores, bars: Er
             chance, own, slot = by_chance, values[i] + steps[seen, i], problem.layout.entries[i][0]
             facts = {"parameter": slot.name, "unit": slot.unit, "ratio": float(np.sqrt(ratio))}
             facts |= {"low": float(own.min()), "high": float(own.max())}
-    return Found(chance, facts, chance >= RARE_SCATTER) if told else None
+    return Found(chance, facts, chance >= UNLIKELY) if told else None
 
 
 def _above_spectrum(bars: ErrorBars) -> np.ndarray:

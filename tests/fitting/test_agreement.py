@@ -12,8 +12,8 @@ import pytest
 from fibrefit.fitting import values as agreement
 from fibrefit.fitting.checks import check as judge
 from fibrefit.fitting.error_bars import error_bars
-from fibrefit.fitting.thresholds import RARE_SCATTER
 from fibrefit.fitting.uncertainty import Scores, newey_west_of
+from fibrefit.problem.thresholds import UNLIKELY
 from fibrefit.study.summaries.check import Check
 from tests.fitting.made import RATE, coloured
 
@@ -53,24 +53,24 @@ def chance(scores: Scores) -> float:
 
 def test_sound_fits_of_many_records_in_slow_noise_pass(monkeypatch: pytest.MonkeyPatch) -> None:
     fits = [fitted(20, seed) for seed in range(20)]
-    assert min(map(chance, fits)) > RARE_SCATTER
+    assert min(map(chance, fits)) > UNLIKELY
     # The negative control: an eighth of a record's own scores knows little of noise as slow as a record is long.
     monkeypatch.setattr(agreement, "stationary_parts", lambda of, rate: lambda r: newey_west_of(of.of_record(r)))
     monkeypatch.setattr(agreement, "_above_spectrum", lambda bars: 1.0)
     monkeypatch.setattr(agreement, "_loudness", lambda of: np.ones(len(of.columns)))
-    assert np.mean([chance(one) < RARE_SCATTER for one in fits]) > 0.15
+    assert np.mean([chance(one) < UNLIKELY for one in fits]) > 0.15
 
 
 def test_a_record_that_is_louder_than_the_others_passes(monkeypatch: pytest.MonkeyPatch) -> None:
     fits = [fitted(20, seed, loud=12.0) for seed in range(20)]
-    assert min(map(chance, fits)) > RARE_SCATTER
+    assert min(map(chance, fits)) > UNLIKELY
     # The negative control: its error were that of the others.
     monkeypatch.setattr(agreement, "_loudness", lambda of: np.ones(len(of.columns)))
-    assert min(map(chance, fits)) < RARE_SCATTER
+    assert min(map(chance, fits)) < UNLIKELY
 
 
 def test_records_that_differ_by_more_than_their_errors_do_not() -> None:
-    assert all(chance(fitted(5, seed, differ=1.0)) < RARE_SCATTER for seed in range(10))
+    assert all(chance(fitted(5, seed, differ=1.0)) < UNLIKELY for seed in range(10))
 
 
 def test_what_the_believed_error_holds_beyond_the_spectrum_counts() -> None:

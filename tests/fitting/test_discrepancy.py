@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from fibrefit.core.declarations import FORWARDS, HELD
-from fibrefit.fitting.error_bars import METHOD, PARTS, _cells, _without_parts, estimates, with_discrepancy
+from fibrefit.fitting.error_bars import METHOD, _cells, _without_parts, estimates, with_discrepancy
 from fibrefit.fitting.residuals import CELLS
-from fibrefit.fitting.uncertainty import ErrorBars, Scores, sandwich, white
+from fibrefit.fitting.uncertainty import MEMORY, ErrorBars, Scores, sandwich, white
 from fibrefit.fitting.values import most_doubtful
 from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.statement.layout import Range
@@ -87,10 +87,10 @@ def test_parts_left_out_are_fits_without_them() -> None:
     columns, force = decaying(3)
     found, scores = scores_of(columns, force)
     moved = []
-    for part in np.array_split(np.arange(SAMPLES), PARTS):
+    for part in np.array_split(np.arange(SAMPLES), round(1.0 / MEMORY)):
         rest = np.setdiff1d(np.arange(SAMPLES), part)
         moved.append(scores_of(columns[rest], force[rest])[0] - found)
-    expected = (PARTS - 1) / PARTS * np.einsum("ri,rj->ij", moved, moved)
+    expected = (round(1.0 / MEMORY) - 1) / round(1.0 / MEMORY) * np.einsum("ri,rj->ij", moved, moved)
     np.testing.assert_allclose(_without_parts(scores), expected, rtol=1e-6)
 
 

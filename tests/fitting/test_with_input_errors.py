@@ -16,7 +16,7 @@ from fibrefit.fitting.checks import converged
 from fibrefit.fitting.identify import _search, identify
 from fibrefit.fitting.search import optimum as module
 from fibrefit.fitting.search.optimum import (
-    REDUCTION_TOLERANCE,
+    ROUGHLY,
     linearised_in_errors,
     noise_left,
     optimum,
@@ -39,9 +39,9 @@ TRUTH = {"stiffness": 14693.386, "damping": 26.943, "friction": 3.951}
 
 
 def test_a_descent_ends_where_it_is_judged_to_have_arrived() -> None:
-    assert converged(REDUCTION_TOLERANCE, True, rough=True).passed
-    assert not converged(1.01 * REDUCTION_TOLERANCE, True, rough=True).passed
-    assert not converged(REDUCTION_TOLERANCE, True).passed
+    assert converged(ROUGHLY, True, rough=True).passed
+    assert not converged(1.01 * ROUGHLY, True, rough=True).passed
+    assert not converged(ROUGHLY, True).passed
 
 
 @pytest.mark.parametrize("followed", [True, False])

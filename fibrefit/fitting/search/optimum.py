@@ -24,13 +24,13 @@ from fibrefit.core.declarations import ROLES
 from fibrefit.core.limits import beyond_limits, time_for
 from fibrefit.fitting.search.solve import linearised
 from fibrefit.fitting.thresholds import (
-    ALL_COUNT,
     FALLS,
-    HOPELESS,
+    LOSES,
     MISSED_LINEARISED,
     MORE_COUNT,
     MOST_LINEARISATIONS,
     REACTS_ALIKE,
+    ROUGHLY,
 )
 from fibrefit.fitting.uncertainty import Scores
 from fibrefit.problem.estimate.gauss_newton import mode
@@ -55,12 +55,6 @@ from fibrefit.study.summaries.results import InputErrorSummary
 SHORTENED = 3
 """How often records that are not followed to their end are shortened, by half at the most, before they are given up: an
 eighth of what counts then tells whether the drive's error is what the model lacks."""
-
-REDUCTION_TOLERANCE = 0.05
-"""Predicted reduction of the cost by a further step below which a descent ends, in units where 1 is one standard error.
-
-At this scale the cost of a motion that sticks and bounces is rough; a fit is judged at it, too.
-"""
 
 COARSE = 1e-3
 """Promised fall at which a descent ends, as a share of what the residuals have beyond the noise: a model that lacks
@@ -229,7 +223,7 @@ def _look_at(
         number / samples,
         np.sum(left**2, axis=(1, 2)) / samples,
         not as_predicted(here, predicted[0], variance),
-        (number > ALL_COUNT * samples) & reacts_alike(here, predicted[0], variance),
+        (number > (1.0 - MORE_COUNT) * samples) & reacts_alike(here, predicted[0], variance),
         view is whole and accounted_for(float(np.sum(here**2)), float(number.sum())),
     )
 
@@ -239,10 +233,10 @@ def _followed(problem: Problem, view: View, end: PosteriorMode) -> list[int]:
     number, about = counted(problem, _weighted(view).downweight), samples_about(problem, NEARBY)
     left = np.sum(view.residuals(end.local)[0][0] ** 2, axis=1)
     power, count = (np.stack(list(map(uniform_filter1d, rows, about))) for rows in (left, number))
-    lost = power > HOPELESS * np.maximum(count, 1.0)
+    lost = power > LOSES**2 * np.maximum(count, 1.0)
     middle = np.argmax(np.cumsum(number, axis=-1) > 0.5 * number.sum(axis=-1, keepdims=True), axis=-1)
     first = np.where(lost.any(axis=-1), np.argmax(lost, axis=-1), 0)
-    is_far = left.sum(axis=-1) > HOPELESS * number.sum(axis=-1)
+    is_far = left.sum(axis=-1) > LOSES**2 * number.sum(axis=-1)
     return np.where(is_far, np.maximum(first, middle), number.shape[-1]).tolist()
 
 
@@ -316,7 +310,7 @@ def as_it_ended(
 
 def accounted_for(cost: float, number: float = 1.0) -> bool:
     """Whether a sum of squares, of so many samples, is small enough for errors of inputs to be what the model lacks."""
-    return cost < HOPELESS * number
+    return cost < LOSES**2 * number
 
 
 def as_predicted(left: np.ndarray, linearised: np.ndarray, variance: float = 1.0) -> bool:
@@ -336,7 +330,9 @@ def lets_more_count(share: np.ndarray | float, before: np.ndarray | float) -> bo
 
     What is learnt from more samples lets still more of them count, until it does not.
     """
-    return bool(np.any((np.asarray(share) <= ALL_COUNT) & (np.asarray(share) >= np.asarray(before) + MORE_COUNT)))
+    return bool(
+        np.any((np.asarray(share) <= 1.0 - MORE_COUNT) & (np.asarray(share) >= np.asarray(before) + MORE_COUNT))
+    )
 
 
 def linearised_in_errors(
@@ -390,7 +386,7 @@ def _descended(problem: Problem, unknowns: Unknowns, place: Place, view: View) -
     number = float(counted(problem, _weighted(view).downweight).sum())
     with beyond_limits():  # the first of these is without an alternative, and all are short
         begun = PosteriorMode.at(unknowns, place, gram, nothing)
-        enough = max(REDUCTION_TOLERANCE, COARSE * (begun.normal.cost - number))
+        enough = max(ROUGHLY, COARSE * (begun.normal.cost - number))
         return mode(unknowns, begun, gram, nothing, enough)
 
 

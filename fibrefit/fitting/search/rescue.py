@@ -34,7 +34,7 @@ from fibrefit.fitting.search.starts import (
     basins_of,
     with_rows,
 )
-from fibrefit.fitting.thresholds import FIT_TOLERANCE, LOSES, SAME_PLACE
+from fibrefit.fitting.thresholds import FIT_TOLERANCE, LOSES
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem, gram_root
@@ -42,7 +42,7 @@ from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 
 ROUNDS = 3
-"""How often there is a look around what is the best minimum by then."""
+"""How often there is a look around what is the best minimum by then, and a second solver from there."""
 
 AWAY = 60.0
 """Distance of the places it is looked from, in standard errors for white noise. Of 160 drops four had a lower minimum
@@ -72,7 +72,7 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
         every = np.ones(STARTS_AT_ONCE, dtype=bool)
         found = descend_all(problem, layout.free(began), width, counts, every, Stopping(np.asarray(FOR_A_HORIZON)))
         # What comes back to the best place is followed no further than that.
-        further = ~(np.max(np.abs(np.asarray(found.free) - best) / width, axis=-1) < SAME_PLACE)
+        further = ~(np.max(np.abs(np.asarray(found.free) - best) / width, axis=-1) < 1.0)
         if further.any():
             free = layout.free(began)
             ends = descend_all(problem, free, width, counts, further, Stopping(np.asarray(TO_THE_END)))
@@ -209,7 +209,7 @@ def with_second_solver(
     problem, whole = task.problem, task.counts[-1:]
     if stop():
         return starts, None
-    for _ in range(SECOND_CHANCES):
+    for _ in range(ROUNDS):
         values, cost = starts.best
         errors = rough_errors(problem, values, cost)
         other = second_opinion(problem, values + 3.0 * errors * (-1.0) ** np.arange(len(values)), errors)
@@ -223,9 +223,6 @@ def with_second_solver(
     # What is left may be far more than noise: a fall of the cost counts in units of that.
     variance = max(cost / max(problem.n_measured, 1), 1.0)
     return starts, SecondSolver(other.values, float(np.max(np.abs(other.values - values) / errors)), gain / variance)
-
-
-SECOND_CHANCES = 3
 
 
 class _End(NamedTuple):

@@ -26,7 +26,7 @@ from fibrefit.fitting.search.solve import (
     descend_all,
     widths,
 )
-from fibrefit.fitting.thresholds import LESS_PROBABLE, SAME_BASIN, SAME_PLACE
+from fibrefit.fitting.thresholds import LESS_PROBABLE, SAME_BASIN
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.problem.statement.problem import Problem
@@ -336,7 +336,7 @@ def _leaders(found: Descent, width: np.ndarray, way: np.ndarray) -> np.ndarray:
     for i in np.flatnonzero(np.isfinite(found.cost)):
         for j in np.unique(leader[:i][np.isfinite(found.cost[:i])]):
             same = way[i] == way[j] and abs(found.cost[i] - found.cost[j]) <= SAME_BASIN * found.cost[j]
-            if same and np.max(np.abs(found.free[i] - found.free[j]) / width) < SAME_PLACE:
+            if same and np.max(np.abs(found.free[i] - found.free[j]) / width) < 1.0:
                 leader[i] = j
                 break
     return leader
