@@ -301,9 +301,20 @@ def best_minimum(estimate: EvaluatedEstimate) -> Found:
         nats = None if elsewhere is None else min(elsewhere, default=np.inf)
         # If each record was followed by itself, no start of all of them ended at what is reported.
         return starts_agree(starts.ended_elsewhere() if plain.differ else starts, may_be_noise, nats)
-    if (compared and noise and not found.passed and others) or undecided(starts, noise):
-        return starts_agree(starts, noise, _nats_of_plain(estimate))
-    return found
+    if not (compared and noise and not found.passed and others) and not undecided(starts, noise):
+        return found
+    # By plain least squares, errors of measured inputs taken off; not known where minima are not compared.
+    nats = None
+    if not plain.input_errors:
+        # The two bounces that a wrong minimum misses may be few samples of many, and still more than noise.
+        nats = 0.5 * float(starts.cost[starts.basin > 0].min() - starts.cost.min()) / estimate.search.unit**2
+    elif estimate.search.how.rivals:
+        errors = estimate.search.bars.errors[estimate.search.bars.method]
+        ends = [optimum(estimate.search.task, values) for values in others]
+        away = [one for one in ends if np.any(np.abs(one.values - plain.values) > errors)]
+        best, *further = (objective(one.problem, one.local, one.coefficients) for one in (plain, *away))
+        nats = 0.5 * (min(further, default=np.inf) - best) / estimate.search.unit**2
+    return starts_agree(starts, noise, nats)
 
 
 def led_from(gls: GlsEstimate, values: np.ndarray) -> tuple[float, float]:
@@ -329,24 +340,6 @@ def led_from(gls: GlsEstimate, values: np.ndarray) -> tuple[float, float]:
     errors, shared = gls.bars.errors[gls.bars.method], np.array([record is None for _, record in layout.entries])
     known = shared & np.isfinite(errors) & (errors > 0.0)
     return float(np.max(np.abs(there - here)[known] / errors[known], initial=0.0)), float(nats)
-
-
-def _nats_of_plain(estimate: EvaluatedEstimate) -> float | None:
-    """By how many nats the next minimum is less probable by plain least squares, errors of measured inputs taken off.
-
-    None where minima are not compared.
-    """
-    search = estimate.search
-    starts, plain, bars = search.starts, search.plain, search.bars
-    if not plain.input_errors:
-        # The two bounces that a wrong minimum misses may be few samples of many, and still more than noise.
-        return 0.5 * float(starts.cost[starts.basin > 0].min() - starts.cost.min()) / search.unit**2
-    if not search.how.rivals:
-        return None
-    ends = [optimum(search.task, values) for values in starts.others()]
-    away = [one for one in ends if np.any(np.abs(one.values - plain.values) > bars.errors[bars.method])]
-    best, *others = (objective(one.problem, one.local, one.coefficients) for one in (plain, *away))
-    return 0.5 * (min(others, default=np.inf) - best) / search.unit**2
 
 
 def objective(problem: Problem, local: np.ndarray, coefficients: InputCoefficients) -> float:

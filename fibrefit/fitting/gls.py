@@ -137,8 +137,16 @@ def gls_estimate(task: Task, plain: Optimum, bars: ErrorBars, ended: Ended | Non
         place = record_wise_start(unknowns, (place, *further), seen, task.horizons)
     if apart_already:
         seen = replace(seen, beforehand=seen)
-    if task.steps:
-        seen = _in_steps(task, plain, seen, unknowns.local_of(place))
+    if task.steps and seen.raw is None:
+        seen = View(with_steps(plain.problem, dict(task.steps)))
+    elif task.steps and seen.raw is not None:
+        # The likelihood of readings in coarse steps, linearised in the errors of inputs that are known.
+        local, known = unknowns.local_of(place), input_errors(task)
+        coefficients, roots = seen.residuals(local)[1], seen.raw.roots()
+        there = corrected(with_steps(task.problem, dict(task.steps)), known, coefficients)
+        whole = with_steps(task.problem, with_noise_before_rounding(there, local).observations.steps)
+        view = linearised_in_errors(whole, known, local, coefficients, roots)
+        seen = replace(view, beforehand=seen.beforehand)
     return _relinearised(task, bars, _at_mode(bars, unknowns, place, seen), apart_already)
 
 
@@ -214,18 +222,6 @@ def _tells_more(linearisations: Sequence[_Linearisation], searched: bool) -> boo
     if len(linearisations) == 1 or last.left < 1.0 + MISSED_LINEARISED:
         return last.bends or (searched and last.left > 1.0 + MISSED_LINEARISED)
     return still_gains([one.share for one in linearisations], [one.left for one in linearisations], last.bends)
-
-
-def _in_steps(task: Task, plain: Optimum, seen: View, local: np.ndarray) -> View:
-    """Records seen with the likelihood of readings in coarse steps."""
-    steps = dict(task.steps)
-    if seen.raw is None:
-        return View(with_steps(plain.problem, steps))
-    known, coefficients = input_errors(task), seen.residuals(local)[1]
-    there = corrected(with_steps(task.problem, steps), known, coefficients)
-    whole = with_steps(task.problem, with_noise_before_rounding(there, local).observations.steps)
-    roots = seen.raw.roots()
-    return replace(linearised_in_errors(whole, known, local, coefficients, roots), beforehand=seen.beforehand)
 
 
 def _at_mode(

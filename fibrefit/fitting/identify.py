@@ -125,12 +125,18 @@ def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, st
     found = as_probable(found, task.problem.n_measured) if exact else found
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, second, how)
-    if ended is None and _may_lose_bounces(task, found_all, how) and not stop():
-        alone = partial(
-            _search, number=min(starts, STARTS_AT_ONCE), seed=seed, tell=quiet, stop=stop, schedule=schedule
-        )
-        ended = _each(task, found_all, how, alone, tell)
-        found_all = found_all if ended is None or stop() else _apart(task, found, second, found_all, how, ended)
+    if ended is None and not stop():
+        number = count()
+
+        def alone(one: Task) -> Starts:
+            tell("fitting each record by itself", 0.92 + 0.03 * next(number) / len(task.traces))
+            return _search(one, min(starts, STARTS_AT_ONCE), seed, quiet, stop, schedule)
+
+        def together(there: Ended) -> Identification:
+            means = task.problem.layout.means_of(there.local)
+            return _concluded(task, found, means, second, how._replace(ended=there))
+
+        found_all = _rescued(task, found_all, how, alone, together, stop)
     if how.profile:
         tell("profiles", 0.95)
         found_all = _profiled(found_all, width, task.counts[-1:], stop)
@@ -144,49 +150,44 @@ def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, st
 SOFT_BEYOND = 3.0
 
 
-def _may_lose_bounces(task: Task, found: Identification, how: How) -> bool:
-    """Whether values of each record may follow a motion that shared ones lose; errors of inputs do the rest.
-
-    What is lost may be taken up by errors of the inputs: what is left then is not large, but is not noise either.
-    """
-    several = len(task.traces) > 1 and any(record is None for _, record in task.problem.layout.entries)
-    if not several or not found.input_errors:
-        return False
-    return loses(total(found.gap), found.expected_gap) or (how.rivals and found.why.identifier in TRIED_APART)
-
-
 TRIED_APART = ("not_noise", "not_converged", "loses_less", "louder")
 """Why an estimate is reported (see `Why`) beside which each record is fitted by itself."""
 
 
-def _each(
-    task: Task, alike: Identification, how: How, search: Callable[[Task], Starts], tell: Progress
-) -> Ended | None:
-    number = count()
-
-    def told(one: Task) -> Starts:
-        tell("fitting each record by itself", 0.92 + 0.03 * next(number) / len(task.traces))
-        return search(one)
-
-    shared = list(record_sizes(alike.record_gaps).values())
-    return in_time(partial(each_by_itself, task, told, shared, how.rivals), None)[0]
-
-
-def _apart(
-    task: Task, starts: Starts, second: SecondSolver | None, alike: Identification, how: How, ended: Ended
+def _rescued(
+    task: Task,
+    alike: Identification,
+    how: How,
+    alone: Callable[[Task], Starts],
+    together: Callable[[Ended], Identification],
+    stop: Stop,
 ) -> Identification:
     """The estimate from where each record is best by itself, if that of shared values loses a bounce beside it.
 
-    In a fit, also if there is less to hold against it.
+    Values of each record may follow a motion that shared ones lose; errors of inputs do the rest. What is lost may be
+    taken up by these: what is left then is not large, but is not noise either. In a fit, the estimate of each is taken
+    also if there is less to hold against it.
+
+    Parameters
+    ----------
+    alone, together : callable
+        Search of a record by itself; the estimate of all from where each ended.
     """
-    own = _concluded(task, starts, task.problem.layout.means_of(ended.local), second, how._replace(ended=ended))
-    lost = loses(total(alike.gap), total(own.gap))
-    return own if lost or (how.rivals and _held_against(own) < _held_against(alike)) else alike
-
-
-def _held_against(found: Identification) -> frozenset[str]:
-    """What an estimate is doubted for; that of the search it began from does not count, nor what its error bars are."""
-    return frozenset(check.identifier for check in found.checks if not check.passed) - {AGREED, SECOND, BARS}
+    several = len(task.traces) > 1 and any(record is None for _, record in task.problem.layout.entries)
+    doubted = loses(total(alike.gap), alike.expected_gap) or (how.rivals and alike.why.identifier in TRIED_APART)
+    if not (several and alike.input_errors and doubted):
+        return alike
+    shared = list(record_sizes(alike.record_gaps).values())
+    ended, _ = in_time(partial(each_by_itself, task, alone, shared, how.rivals), None)
+    if ended is None or stop():
+        return alike
+    own = together(ended)
+    # What became of the search that both began from is no doubt of either, nor is what its error bars are.
+    doubts, others = (
+        {check.identifier for check in found.checks if not check.passed} - {AGREED, SECOND, BARS}
+        for found in (own, alike)
+    )
+    return own if loses(total(alike.gap), total(own.gap)) or (how.rivals and doubts < others) else alike
 
 
 def _profiled(found: Identification, width: Width, whole: np.ndarray, stop: Stop) -> Identification:

@@ -40,7 +40,13 @@ def reported(search: SearchEnd) -> EvaluatedEstimate:
             note_cut()
             doubt = Why("no_time")
     if gls is None:
-        return replace(_without_likelihood(search), why=doubt or Why("not_converged"))
+        alike, ended = _of_plain(search, plain, bars), how.ended
+        if ended is not None and ended.differ and not plain.differ:
+            # The search ended with records that differ: that of each record stands if it leaves less.
+            apart = optimum_of_each(plain, ended.local)
+            own = _of_plain(search, apart, error_bars(apart.problem, apart.scores, task.rate))
+            alike = own if total(own.seen.gap) < total(alike.seen.gap) else alike
+        return replace(alike, why=doubt or Why("not_converged"))
     compared = _compared(search, gls)
     found = replace(_of_gls(search, gls), hausman=compared)
     # What says that residuals are not noise. A value at its bound is named; the noise is what it is there too.
@@ -67,17 +73,6 @@ def reported(search: SearchEnd) -> EvaluatedEstimate:
     fits_alone = (found.passed(SIZE) and not alike.passed(SIZE)) or (found.like_noise and not alike.like_noise)
     lost = fits_alone or loses(total(alike.seen.gap), total(found.seen.gap))
     return loses_less if gls.records_differ and lost else alike
-
-
-def _without_likelihood(search: SearchEnd) -> EvaluatedEstimate:
-    """The plain estimate; where a search ended with records that differ, that of each record if it leaves less."""
-    plain, ended = search.plain, search.how.ended
-    alike = _of_plain(search, plain, search.bars)
-    if ended is None or not ended.differ or plain.differ:
-        return alike
-    apart = optimum_of_each(plain, ended.local)
-    own = _of_plain(search, apart, error_bars(apart.problem, apart.scores, search.task.rate))
-    return own if total(own.seen.gap) < total(alike.seen.gap) else alike
 
 
 def _compared(search: SearchEnd, gls: GlsEstimate) -> tuple[Check, ...]:

@@ -272,9 +272,10 @@ def outweighed(layout: Layout, values: np.ndarray, scores: Scores) -> Outweighed
     ---
     ``sqrt(e (H^-1)_jj) / |θ_j| > 1`` with e the sum of squares beyond the noise: both sums of squares have the same
     unit, so that neither noise nor number of samples matter. Stated faults that put a value off by a factor of 1.5 or
-    more leave 0.5 to 2.2 of this, most of them more than 1; masses and forces 5 to 10 % wrong 0.1 to 0.8 (docs/checks.md).
-    Values that may have either sign are small by accident,
-    and those the records do not see at all are reported elsewhere.
+    more leave 0.5 to 2.2 of this, most of them more than 1; masses and forces 5 to 10 % wrong 0.1 to 0.8.
+
+    Values that may have either sign are small by accident, and those the records do not see at all are reported
+    elsewhere.
     """
     variance = np.diag(sandwich(*(scores.normal_matrix(),) * 2))
     # Squares less those of noise, which is known to a few percent.

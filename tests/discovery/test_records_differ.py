@@ -158,12 +158,12 @@ def test_records_that_shared_values_lose_are_each_followed_by_themselves(
     task = task_of(study.model_copy(update={"records": tuple(study.records[i] for i in few)}))
     shared: list[float] = []
 
-    def each(task: Task, alike: Identification, *of: Any) -> Any:
+    def rescued(task: Task, alike: Identification, *of: Any) -> Any:
         shared.append(total(alike.gap))
         return own(task, alike, *of)
 
-    own = identification._each
-    monkeypatch.setattr(identification, "_each", each)
+    own = identification._rescued
+    monkeypatch.setattr(identification, "_rescued", rescued)
     found = identify(task, 2, 0, How(whiten=False, rivals=False))
     assert shared[0] > 2.0
     assert total(found.gap) < 1.3

@@ -12,7 +12,7 @@ from fibrefit.fitting import checks as judge
 from fibrefit.fitting import gls, identify, reported
 from fibrefit.fitting.checks import DECIDING
 from fibrefit.fitting.evaluated import EvaluatedEstimate, How, SearchEnd
-from fibrefit.fitting.identify import _apart, _may_lose_bounces
+from fibrefit.fitting.identify import _rescued
 from fibrefit.fitting.result import Why
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.fitting.thresholds import ROUGHLY
@@ -50,16 +50,22 @@ def task_with(*records: str | None, traces: int = 5) -> Any:
     ],
 )
 def test_each_record_is_fitted_by_itself_where_shared_values_leave_no_noise(
-    found: Any, in_a_fit: bool, in_a_search: bool
+    found: Any, in_a_fit: bool, in_a_search: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    def asked(task: Any, how: How, **facts: Any) -> bool:
+        called: list[bool] = []
+        monkeypatch.setattr(identify, "each_by_itself", lambda *of: called.append(True))
+        of: Any = SimpleNamespace(**{**vars(found), **facts}, record_gaps={})
+        assert _rescued(task, of, how, None, None, lambda: False) is of  # type: ignore[arg-type]
+        return bool(called)
+
     several = task_with(None, "a")
-    assert _may_lose_bounces(several, found, How()) is in_a_fit
-    assert _may_lose_bounces(several, found, How(rivals=False)) is in_a_search
+    assert asked(several, How()) is in_a_fit
+    assert asked(several, How(rivals=False)) is in_a_search
     # Of one record, of none that share a value, and of exact inputs there is nothing to try.
     for task in (task_with(None, traces=1), task_with("a", "b")):
-        assert not _may_lose_bounces(task, found, How())
-    exact = SimpleNamespace(**{**vars(found), "input_errors": {}})
-    assert not _may_lose_bounces(several, exact, How())  # type: ignore[arg-type]
+        assert not asked(task, How())
+    assert not asked(several, How(), input_errors={})
 
 
 @pytest.mark.parametrize(
@@ -85,11 +91,13 @@ def test_each_record_is_fitted_by_itself_where_shared_values_leave_no_noise(
 def test_records_by_themselves_are_taken_where_less_is_held_against_them(
     own: Any, alike: Any, in_a_fit: bool, in_a_search: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(identify, "_concluded", lambda *of: own)
-    ended = Ended(np.zeros((5, 1)), True, {})
+    monkeypatch.setattr(identify, "each_by_itself", lambda *of: Ended(np.zeros((5, 1)), True, {}))
+    alike = SimpleNamespace(**{"why": Why("not_noise"), **vars(alike), "record_gaps": {}})
     for rivals, taken in ((True, in_a_fit), (False, in_a_search)):
-        found = _apart(task_with(None), None, None, alike, How(rivals=rivals), ended)  # type: ignore[arg-type]
-        assert (found is own) is taken
+        # In a search only what shared values lose is a reason to try.
+        lost = SimpleNamespace(**{**vars(alike), "expected_gap": 1.0 if rivals else 0.1})
+        of: Any = (task_with(None, "a"), lost, How(rivals=rivals), None, lambda ended: own, lambda: False)
+        assert (_rescued(*of) is own) is taken
 
 
 def likelihood(
