@@ -15,10 +15,9 @@ from fibrefit.core.limits import Progress, cuts_noted, in_time, quiet, refuse_se
 from fibrefit.core.programs import all_compilations
 from fibrefit.fitting.advice import advice
 from fibrefit.fitting.checks import AGREED, BARS, BOUNDS, COMPLETION, SECOND, check, checks_of
-from fibrefit.fitting.error_bars import error_bars, error_inflation
+from fibrefit.fitting.error_bars import error_bars, error_inflation, plain_cost, profile_interval
 from fibrefit.fitting.evaluated import How, SearchEnd
 from fibrefit.fitting.gls import cost_with_one_held, error_of_objective
-from fibrefit.fitting.profile import plain_cost, profile_interval
 from fibrefit.fitting.reported import reported
 from fibrefit.fitting.result import Found, Identification, Starts, record_sizes, total
 from fibrefit.fitting.search.optimum import Ended, optimum

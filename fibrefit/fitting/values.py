@@ -22,13 +22,7 @@ from fibrefit.fitting.thresholds import (
     TIED,
     VAGUE,
 )
-from fibrefit.fitting.uncertainty import (
-    MEMORY,
-    ErrorBars,
-    Scores,
-    sandwich,
-    stationary_parts,
-)
+from fibrefit.fitting.uncertainty import MEMORY, ErrorBars, Scores, sandwich, stationary_parts
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.matrices import equilibrated, least_squares, scale_of

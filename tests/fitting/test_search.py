@@ -12,8 +12,8 @@ import numpy as np
 import optimistix as optx
 import pytest
 
-from fibrefit.fitting import profile
-from fibrefit.fitting.profile import plain_cost, profile_interval
+from fibrefit.fitting import error_bars
+from fibrefit.fitting.error_bars import plain_cost, profile_interval
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search.rescue import second_opinion
 from fibrefit.fitting.search.solve import TO_THE_END, Descent, Stopping, descend_all, gram_at, widths
@@ -270,7 +270,7 @@ def test_a_profile_beside_a_prior_is_the_interval_that_is_reported(
         beside = columns[:, 1] @ (measured - at[0] * columns[:, 0]) / (columns[:, 1] @ columns[:, 1])
         return SimpleNamespace(cost=squares(np.array([at[0], beside])))
 
-    monkeypatch.setattr(profile, "descend", held)
+    monkeypatch.setattr(error_bars, "descend", held)
     linear = Linearised((columns @ best - measured)[None, None], columns[None, None])
     problem: Any = SimpleNamespace(
         layout=layout,

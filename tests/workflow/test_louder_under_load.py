@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from fibrefit.fitting.predictive import Freedom
 from fibrefit.fitting.residuals import _gaps
+from fibrefit.fitting.uncertainty import Freedom
 from fibrefit.problem.statement.layout import Layout
 from fibrefit.study.summaries.results import ChannelGap, PredictedChannel
 from fibrefit.workflow.groups_in_common import reading_errors, within_records

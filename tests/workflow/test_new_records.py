@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from fibrefit.fitting.predictive import Freedom, freedom_of
+from fibrefit.fitting.uncertainty import Freedom, freedom_of
 from fibrefit.study.summaries.results import ParameterSummary
 from fibrefit.workflow.prediction.judge import limit
 from fibrefit.workflow.prediction.known import _means

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError
-from fibrefit.fitting.predictive import Freedom
+from fibrefit.fitting.uncertainty import Freedom
 from fibrefit.study.summaries.discovery import HeldOut
 from fibrefit.workflow import fit_files, sweep_summary, thresholds
 from fibrefit.workflow.discovery import advice

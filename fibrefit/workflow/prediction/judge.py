@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import chi2, f
 
 from fibrefit.fitting.checks import check, finite
-from fibrefit.fitting.predictive import Freedom
+from fibrefit.fitting.uncertainty import Freedom
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.prediction.known import widened

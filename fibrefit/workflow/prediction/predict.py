@@ -13,8 +13,8 @@ import numpy as np
 from fibrefit.core.errors import StudyError
 from fibrefit.core.limits import Progress, quiet
 from fibrefit.core.threads import one_blas_thread
-from fibrefit.fitting.predictive import Freedom, freedom_of, predictive_slopes, predictive_variance
 from fibrefit.fitting.residuals import evaluate
+from fibrefit.fitting.uncertainty import Freedom, freedom_of, predictive_slopes, predictive_variance
 from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.problem.formulate.formulate import formulate
 from fibrefit.problem.statement.layout import Layout

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fibrefit.fitting.predictive import Freedom
 from fibrefit.fitting.residuals import Evaluation
+from fibrefit.fitting.uncertainty import Freedom
 from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
