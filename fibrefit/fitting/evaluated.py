@@ -230,6 +230,14 @@ class EvaluatedEstimate:
         """Whether residuals have the structure of noise, however loud they are."""
         return self.passed("residual_spectrum", "residual_phase", "residual_state")
 
+    def is_noise_unlike(self, other: EvaluatedEstimate) -> bool:
+        """Whether it leaves noise by its size or by its structure where another one does not.
+
+        A spectrum that is not quite right is no reason to take records for alike that are not, nor is noise that is a
+        little louder than at rest, as slow noise is. What a model lacks shows in both, whichever values it has.
+        """
+        return (self.passed(SIZE) and not other.passed(SIZE)) or (self.like_noise and not other.like_noise)
+
     @property
     def may_be_noise(self) -> bool:
         """Whether residuals are noise by their size, or have its structure and are a little louder in any record.

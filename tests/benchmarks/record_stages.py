@@ -21,8 +21,8 @@ STAGES = (
     ("spectrum of the residuals, twice", "fibrefit.fitting.gls", "noise_of_residuals"),
     ("filters of that noise, twice", "fibrefit.fitting.gls", "whitening_of"),
     ("Gauss-Newton through them, twice", "fibrefit.fitting.gls", "_weighed"),
-    ("Hausman test", "fibrefit.fitting.reported", "_compared"),
-    ("structure of the residuals", "fibrefit.fitting.reported", "_of_residuals"),
+    ("Hausman test", "fibrefit.fitting.identify", "_compared"),
+    ("structure of the residuals", "fibrefit.fitting.identify", "_of_residuals"),
     ("summary and its checks in words", "fibrefit.workflow.fit", "fit_summary"),
 )
 """What it is called, and the function that does it; none of them calls another."""

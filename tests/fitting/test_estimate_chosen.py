@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting import gls, identify, reported
+from fibrefit.fitting import gls, identify
 from fibrefit.fitting.checks import DECIDING
 from fibrefit.fitting.evaluated import EvaluatedEstimate, How, SearchEnd
 from fibrefit.fitting.identify import _rescued
@@ -115,11 +115,11 @@ def likelihood(
     of_gls: Any = EvaluatedEstimate(
         search, plain, None, None, None, (), None, gls, seen, {}, 0.0, outcomes=passed  # type: ignore[arg-type]
     )  # fmt: skip
-    monkeypatch.setattr(reported, "gls_estimate", lambda *of: gls)
-    monkeypatch.setattr(reported, "_of_gls", lambda *of: of_gls)
-    monkeypatch.setattr(reported, "_of_plain", lambda *of: of_gls)
-    monkeypatch.setattr(reported, "_compared", lambda *of: ())
-    return reported.reported(search).why.identifier
+    monkeypatch.setattr(identify, "gls_estimate", lambda *of: gls)
+    monkeypatch.setattr(identify, "_of_gls", lambda *of: of_gls)
+    monkeypatch.setattr(identify, "_of_plain", lambda *of: of_gls)
+    monkeypatch.setattr(identify, "_compared", lambda *of: ())
+    return identify.reported(search).why.identifier
 
 
 def test_noise_that_is_louder_than_at_rest_lets_the_likelihood_stand(monkeypatch: pytest.MonkeyPatch) -> None:
