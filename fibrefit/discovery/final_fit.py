@@ -26,7 +26,7 @@ from fibrefit.fitting.evaluated import How
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.optimum import Ended
-from fibrefit.fitting.search.rescue import lost_beside
+from fibrefit.fitting.search.rescue import record_that_lost_a_bounce
 
 
 def fit_of_found(
@@ -71,7 +71,7 @@ def trouble_of(search: Search, found: LaplaceFit, before: Identification, after:
         if not motion_lost(total(before.gap), total(after.gap)):
             return None
         return Statement("fit_in_wrong_minimum", {"gaps": (search.gap_left(found), total(after.gap))})
-    if (record := lost_beside(before.record_gaps, after.record_gaps)) is None:
+    if (record := record_that_lost_a_bounce(before.record_gaps, after.record_gaps)) is None:
         return None
     gaps = total(before.record_gaps[record]), total(after.record_gaps[record])
     return Statement("lost", {"effect": found.names[-1], "record": record, "gaps": gaps})

@@ -200,7 +200,7 @@ def second_solver(distance: float, gain: float) -> Found:
     return Found(distance, {"gain": gain, "nats": None}, passed)
 
 
-def led_by_second_solver(distance: float, nats: float) -> Found:
+def second_solver_by_likelihood(distance: float, nats: float) -> Found:
     """Whether the likelihood, followed from where another solver ended, leads to the same values or to worse ones.
 
     Parameters
@@ -223,7 +223,7 @@ def second_solver_agrees(estimate: EvaluatedEstimate) -> Found:
     followed = search.how.rivals and search.plain.input_errors
     if estimate.gls is None or not followed or (found.passed and not search.plain.differ):
         return found
-    return led_by_second_solver(*led_from(estimate.gls, second.values))
+    return second_solver_by_likelihood(*likelihood_continued_from(estimate.gls, second.values))
 
 
 def undecided(starts: Starts, noise: bool) -> bool:
@@ -295,7 +295,7 @@ def best_minimum(estimate: EvaluatedEstimate) -> Found:
         if not plain.differ and (found.passed or not (others and may_be_noise)):
             return found
         # Where more than noise is left, something better is known to be missing.
-        led = [led_from(gls, end) for end in (starts.best[0], *others)] if may_be_noise else None
+        led = [likelihood_continued_from(gls, end) for end in (starts.best[0], *others)] if may_be_noise else None
         # Ends that differ by less than their error bars say the same, but for one that the estimate has missed.
         elsewhere = None if led is None else [n for distance, n in led if distance > 1.0 or n < -LESS_PROBABLE]
         nats = None if elsewhere is None else min(elsewhere, default=np.inf)
@@ -317,7 +317,7 @@ def best_minimum(estimate: EvaluatedEstimate) -> Found:
     return starts_agree(starts, noise, nats)
 
 
-def led_from(gls: GlsEstimate, values: np.ndarray) -> tuple[float, float]:
+def likelihood_continued_from(gls: GlsEstimate, values: np.ndarray) -> tuple[float, float]:
     """Where the likelihood of an estimate leads from values ``(n_free,)``; not known where it leads nowhere.
 
     Readings are linearised in the errors of inputs that the estimate has.

@@ -184,14 +184,14 @@ def _relinearised(task: Task, bars: ErrorBars, found: GlsEstimate | None, search
             break
         began = time.monotonic()
         # One that the time ends on the way takes nothing from those before it.
-        found, came = in_time(partial(_next_look, task, bars, found), None)
+        found, came = in_time(partial(_linearised_again, task, bars, found), None)
         took = time.monotonic() - began
         if not came:
             note_cut()
     return min(linearisations, key=lambda one: one.left).found if linearisations else found
 
 
-def _next_look(task: Task, bars: ErrorBars, found: GlsEstimate) -> GlsEstimate | None:
+def _linearised_again(task: Task, bars: ErrorBars, found: GlsEstimate) -> GlsEstimate | None:
     """The estimate with readings linearised in the errors of inputs that were found."""
     assert found.seen.sensitivities is not None
     roots = found.seen.sensitivities.roots()

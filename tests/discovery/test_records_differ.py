@@ -346,4 +346,4 @@ def test_a_bounce_is_lost_in_a_record(after: dict[str, float], lost: str | None)
     gaps = [
         {name: {"force": Mock(ratio=gap)} for name, gap in one.items()} for one in ({"a.csv": 1, "b.csv": 1}, after)
     ]
-    assert rescue.lost_beside(*cast(Any, gaps)) == lost
+    assert rescue.record_that_lost_a_bounce(*cast(Any, gaps)) == lost

@@ -124,7 +124,7 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
     clock = SimpleNamespace(monotonic=lambda: now[0])
     monkeypatch.setattr(gls, "time", clock)
     monkeypatch.setattr("fibrefit.core.limits.time", clock)
-    monkeypatch.setattr(gls, "_next_look", at_mode)
+    monkeypatch.setattr(gls, "_linearised_again", at_mode)
     monkeypatch.setattr(gls, "_linearisation", lambda _, found: gls._Linearisation(found, True, 0.5, lefts[found.name]))
 
     def kept(seconds: float) -> tuple[str, bool]:
@@ -142,7 +142,7 @@ def test_a_look_at_errors_of_inputs_that_came_in_time_is_kept(monkeypatch: pytes
         check_time()
 
     names = iter("b")
-    monkeypatch.setattr(gls, "_next_look", lambda _, bars, found: late() if found.name == "b" else at_mode())
+    monkeypatch.setattr(gls, "_linearised_again", lambda _, bars, found: late() if found.name == "b" else at_mode())
     assert kept(1.0) == ("b", True)
     # Where nothing more is to be gained it is not the time that ends it.
     monkeypatch.setattr(gls, "_tells_more", lambda *of: False)

@@ -36,14 +36,14 @@ def starts_of(cost: list[float]) -> Starts:
 
 
 Led = tuple[float, float]
-"""Where the likelihood leads from another minimum: see `led_from`."""
+"""Where the likelihood leads from another minimum: see `likelihood_continued_from`."""
 
 
 def beside(
     monkeypatch: pytest.MonkeyPatch, led: dict[float, Led], noise: bool = True, gls: bool = True, **facts: Any
 ) -> Any:
     """An estimate of one shared value, which tells minima apart; the likelihood leads from each to what is stated."""
-    monkeypatch.setattr(judge, "led_from", lambda gls, values: led[float(values[0])])
+    monkeypatch.setattr(judge, "likelihood_continued_from", lambda gls, values: led[float(values[0])])
     monkeypatch.setattr(judge, "optimum", lambda task, values: Any)
     plain = SimpleNamespace(
         input_errors={"drive": 1}, values=np.zeros(1), problem=None, local=0.0, coefficients=None,
@@ -185,7 +185,7 @@ class Swing:
 
     def led(self, factor: float) -> Led:
         """From a frequency so many times too high."""
-        return judge.led_from(self.gls, self.best * np.array([factor, 1.0, 1.0, 1.0, 1.0]))
+        return judge.likelihood_continued_from(self.gls, self.best * np.array([factor, 1.0, 1.0, 1.0, 1.0]))
 
 
 def test_the_likelihood_is_followed_from_elsewhere_to_its_end() -> None:

@@ -58,7 +58,7 @@ def test_where_errors_of_inputs_lead_nowhere_the_values_stay_and_nothing_has_con
         "_seen_with": view,
         "replace": view,
         "_descended": None,
-        "_look_at": look,
+        "_linearisation_at": look,
         "_tells_more": False,
         "corrected": "corrected",
     }.items():

@@ -123,10 +123,10 @@ def with_input_errors(
     unknowns = Unknowns.of_fit(layout, values, np.full(layout.size, np.inf))
     place = unknowns.place_of(np.asarray(layout.local(values)))
     waves, roots = no_errors(known) if coefficients is None else coefficients, None
-    looks: list[_Look] = []
+    linearisations: list[_Linearisation] = []
     beforehand: View | None = None
     known_rows: Sequence[np.ndarray | None] = [None] * len(problem.layout.records)
-    while len(looks) < MOST_LINEARISATIONS:
+    while len(linearisations) < MOST_LINEARISATIONS:
         began = time.monotonic()
         if near is not None and roots is None:
             view = _view(problem, known, near)
@@ -137,18 +137,22 @@ def with_input_errors(
             view = _seen_with(problem, known, at, waves, rows, roots)
         beforehand, view = beforehand or view, replace(view, beforehand=beforehand)
         end = _descended(problem, unknowns, place, view)
-        if not looks and coefficients is not None and not accounted_for(_variance(problem, view, end)):
+        if not linearisations and coefficients is not None and not accounted_for(_variance(problem, view, end)):
             return with_input_errors(task, known, values)  # where it began was a bad place
-        look = _look_at(problem, known, unknowns, place, view, end)
+        look = _linearisation_at(problem, known, unknowns, place, view, end)
         if not accounted_for(look.variance):
             break
-        looks.append(look)
+        linearisations.append(look)
         # Another look takes as long as this one.
-        if len(looks) == MOST_LINEARISATIONS or not _tells_more(looks) or not time_for(time.monotonic() - began):
+        if (
+            len(linearisations) == MOST_LINEARISATIONS
+            or not _tells_more(linearisations)
+            or not time_for(time.monotonic() - began)
+        ):
             break
         place, waves, roots = look.end.place, look.coefficients, _weighted(look.view).roots()
         known_rows = [row if alike else None for row, alike in zip(known_rows, look.reacts_alike, strict=True)]
-    if not (followed := [look for look in looks if look.is_followed]):
+    if not (followed := [look for look in linearisations if look.is_followed]):
         return WithInputErrors(problem, values, no_errors(known), beforehand or view, None)
     best = min(followed, key=lambda look: float(look.left.sum()))
     there, values = corrected(problem, known, best.coefficients), _values(unknowns, problem, best.end.place)
@@ -157,7 +161,7 @@ def with_input_errors(
 
 
 @dataclass(frozen=True)
-class _Look:
+class _Linearisation:
     """Where readings linearised once lead.
 
     Parameters
@@ -191,14 +195,14 @@ class _Look:
     is_followed: bool
 
 
-def _look_at(
+def _linearisation_at(
     problem: Problem,
     known: Mapping[str, InputErrors],
     unknowns: Unknowns,
     place: Place,
     whole: View,
     end: PosteriorMode,
-) -> _Look:
+) -> _Linearisation:
     """Where readings linearised at a place lead, given where they lead if all of them are followed.
 
     A record taken for another motion than it is, by a bounce that is not its own, tells nothing of what comes after it.
@@ -215,7 +219,7 @@ def _look_at(
     here, samples = left * _weighted(view).downweight, counted(problem).sum(axis=-1)
     number, variance = counted(problem, _weighted(view).downweight).sum(axis=-1), _variance(problem, view, end)
     # What readings linearised elsewhere predicted of it may be none: a motion that bounces is another one then.
-    return _Look(
+    return _Linearisation(
         replace(view, beforehand=whole.beforehand),
         end,
         coefficients,
@@ -251,12 +255,12 @@ def _variance(problem: Problem, view: View, end: PosteriorMode) -> float:
     return max(1.0, end.normal.cost / float(counted(problem, _weighted(view).downweight).sum()))
 
 
-def _tells_more(looks: Sequence[_Look]) -> bool:
+def _tells_more(linearisations: Sequence[_Linearisation]) -> bool:
     """Whether one look more may tell more of any record."""
-    last = looks[-1]
-    if len(looks) == 1:
+    last = linearisations[-1]
+    if len(linearisations) == 1:
         return last.bends or lets_more_count(last.share, -1.0) or bool(np.isfinite(last.left).any())
-    return still_gains([look.share for look in looks], [look.left for look in looks], last.bends)
+    return still_gains([look.share for look in linearisations], [look.left for look in linearisations], last.bends)
 
 
 def still_gains(shares: Sequence[np.ndarray | float], lefts: Sequence[np.ndarray | float], bends: bool) -> bool:

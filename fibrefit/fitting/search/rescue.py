@@ -305,7 +305,7 @@ def loses(alike: float, own: float) -> bool:
     return alike > LOSES * own
 
 
-def lost_beside(before: Mapping[str, Gap], after: Mapping[str, Gap]) -> str | None:
+def record_that_lost_a_bounce(before: Mapping[str, Gap], after: Mapping[str, Gap]) -> str | None:
     """The record of which a fit loses a bounce that another one of the same records does not lose; None where none is.
 
     Fits whose estimators differ leave some percent more or less of every record. A bounce is of one.
