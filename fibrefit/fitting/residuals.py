@@ -275,23 +275,18 @@ def phases(residual_set: ResidualSet) -> Found:
         fewest = max(min(FEWEST_SAMPLES, max(int(inside.sum()) for inside in each)), 1)
         for phase, inside in zip(PHASES, each, strict=True):
             if inside.sum() >= fewest:
-                expected = 1.0 + CHANCE * _scatter(inside, slow)
+                # Of noise of variance one the mean square scatters; its slow share hardly changes while a phase lasts,
+                # so that each stretch of it counts as one sample of that.
+                edges = np.diff(inside.astype(int), axis=1, prepend=0, append=0)
+                lengths = np.concatenate([np.flatnonzero(row < 0) - np.flatnonzero(row > 0) for row in edges])
+                number = lengths.sum()
+                scatter = 2.0 * ((1.0 - slow) ** 2 / number + slow**2 * np.sum(lengths**2) / number**2)
+                expected = 1.0 + CHANCE * float(np.sqrt(scatter))
                 loud = loudness(residual_set, c, inside)
                 ratio = float(np.sqrt(np.mean(residual_set.residuals[:, c][inside] ** 2) / expected)) / loud
                 if ratio > worst:
                     worst, where = ratio, (channel, phase)
     return Found(worst, {"channel": where[0], "phase": where[1]})
-
-
-def _scatter(inside: np.ndarray, slow: float) -> float:
-    """Standard deviation of the mean square of noise of variance one over the samples `inside` ``(n_record, n_time)``.
-
-    The slow share hardly changes while a phase lasts: each stretch of it counts as one sample of that.
-    """
-    edges = np.diff(inside.astype(int), axis=1, prepend=0, append=0)
-    lengths = np.concatenate([np.flatnonzero(row < 0) - np.flatnonzero(row > 0) for row in edges])
-    total = lengths.sum()
-    return float(np.sqrt(2.0 * ((1.0 - slow) ** 2 / total + slow**2 * np.sum(lengths**2) / total**2)))
 
 
 def states(residual_set: ResidualSet) -> Found:

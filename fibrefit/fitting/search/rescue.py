@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextvars import copy_context
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -119,8 +119,7 @@ TOLERANCE = 1e-10
 """Share of the cost that ends the search: a step that gains less moves no value by a hundredth of its error."""
 
 
-@dataclass(frozen=True)
-class SecondOpinion:
+class SecondOpinion(NamedTuple):
     """Where the other solver ended.
 
     Parameters
@@ -150,7 +149,19 @@ def second_opinion(problem: Problem, start: np.ndarray, scale: np.ndarray) -> Se
     lower, upper = np.array([r.lower for r in ranges]), np.array([r.upper for r in ranges])
     # A step where the data see nothing can be wider than the range itself.
     margin = 1e-9 * np.minimum(scale, upper - lower)
-    root, begun = _Root(problem), np.clip(start, lower + margin, upper - margin)
+    known: dict[bytes, np.ndarray] = {}
+
+    def root(values: np.ndarray) -> np.ndarray:
+        """Residuals and Jacobian of the size of the problem; SciPy asks for both at the same place."""
+        if values.tobytes() not in known:
+            gram = gram_at(problem, values)
+            known.clear()
+            # Where a motion runs away there are no residuals: SciPy takes a shorter step.
+            there = bool(np.isfinite(gram).all())
+            known[values.tobytes()] = gram_root(gram) if there else np.full_like(gram, np.nan)
+        return known[values.tobytes()]
+
+    begun = np.clip(start, lower + margin, upper - margin)
     if not np.isfinite(root(begun)).all():
         return SecondOpinion(begun, np.inf)
     found = least_squares(
@@ -166,23 +177,6 @@ def second_opinion(problem: Problem, start: np.ndarray, scale: np.ndarray) -> Se
         max_nfev=100,
     )
     return SecondOpinion(found.x, float(2.0 * found.cost))
-
-
-class _Root:
-    """Residuals and Jacobian of the size of the problem; SciPy asks for both at the same place."""
-
-    def __init__(self, problem: Problem) -> None:
-        self._problem = problem
-        self._place: np.ndarray | None = None
-        self._root = np.empty(0)
-
-    def __call__(self, values: np.ndarray) -> np.ndarray:
-        if self._place is None or not np.array_equal(values, self._place):
-            gram = gram_at(self._problem, values)
-            # Where a motion runs away there are no residuals: SciPy takes a shorter step.
-            there = bool(np.isfinite(gram).all())
-            self._place, self._root = values.copy(), gram_root(gram) if there else np.full_like(gram, np.nan)
-        return self._root
 
 
 class SecondSolver(NamedTuple):
