@@ -29,11 +29,7 @@ from fibrefit.fitting.search.solve import (
     gram_at,
     widths,
 )
-from fibrefit.fitting.search.starts import (
-    STARTS_AT_ONCE,
-    basins_of,
-    with_rows,
-)
+from fibrefit.fitting.search.starts import STARTS_AT_ONCE, Searched, basins_of, collected, with_rows
 from fibrefit.fitting.thresholds import FIT_TOLERANCE, LOSES
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.statement.layout import Layout
@@ -89,17 +85,15 @@ def searched_nearby(problem: Problem, starts: Starts, whole: np.ndarray) -> Star
 
 def with_further_starts(starts: Starts, layout: Layout, began: np.ndarray, found: Descent) -> Starts:
     """The starts with others, that began at `began` ``(n, n_free)``."""
-    shared = [i for i, (_, record) in enumerate(layout.entries) if record is None]
-    with np.errstate(invalid="ignore"):
-        ended = layout.values(found.free)
-    costs = np.append(starts.cost, found.cost)
+    further = collected(layout, began, Searched(found, np.ones(len(began), dtype=bool)))
+    costs = np.append(starts.cost, further.cost)
     return replace(
         starts,
-        began=np.concatenate([starts.began, began[:, shared]]),
-        ended=np.concatenate([starts.ended, ended[:, shared]]),
-        values=np.concatenate([starts.values, ended]),
+        began=np.concatenate([starts.began, further.began]),
+        ended=np.concatenate([starts.ended, further.ended]),
+        values=np.concatenate([starts.values, further.values]),
         cost=costs,
-        steps=np.append(starts.steps, found.steps),
+        steps=np.append(starts.steps, further.steps),
         basin=basins_of(costs),
         planned=starts.planned + len(began),
     )
