@@ -135,7 +135,7 @@ def _identified(task: Task, starts: int, seed: int, how: How, tell: Progress, st
     found = as_probable(found, task.problem.n_measured) if exact else found
     tell("uncertainty", 0.9)
     found_all = _concluded(task, found, values, second, how)
-    if ended is None and not stop():
+    if ended is None:
         number = count()
 
         def alone(one: Task) -> Starts:
@@ -184,7 +184,7 @@ def _rescued(
     """
     several = len(task.traces) > 1 and any(record is None for _, record in task.problem.layout.entries)
     doubted = loses(total(alike.gap), alike.expected_gap) or (how.rivals and alike.why.identifier in TRIED_APART)
-    if not (several and alike.input_errors and doubted):
+    if not (several and alike.input_errors and doubted) or stop():
         return alike
     shared = list(record_sizes(alike.record_gaps).values())
     ended, _ = in_time(partial(each_by_itself, task, alone, shared, how.rivals), None)
