@@ -26,8 +26,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import minima_compared, prepared_search
 from fibrefit.discovery.search.time_budget import kept_for_conclusion, time_to_use
 from fibrefit.fitting.checks import CONVERGED, DOUBTFUL, EXPLAINED
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.starts import NowhereYet
 from fibrefit.laws.law import Effect

@@ -22,8 +22,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import is_far
 from fibrefit.discovery.search.time_budget import FITTED_AGAIN, slowdown
 from fibrefit.fitting.checks import COMPLETION
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.optimum import Ended
 from fibrefit.fitting.search.rescue import record_that_lost_a_bounce

@@ -13,8 +13,7 @@ import numpy as np
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import Progress
 from fibrefit.core.threads import one_blas_thread
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.task import Task
 from fibrefit.records import Record

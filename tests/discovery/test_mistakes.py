@@ -22,8 +22,7 @@ from fibrefit.discovery.forward_selection import Limits, Selection
 from fibrefit.discovery.search import inputs
 from fibrefit.discovery.search.inputs import confirmed
 from fibrefit.discovery.search.setup import prepared_search
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of

@@ -16,8 +16,7 @@ from fibrefit.discovery.search.record_sets import CHANGE, most_likely_split, of_
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.laws.catalogue import find_effect, suits
 from fibrefit.laws.families import of_records
 from fibrefit.laws.law import Effect

@@ -38,8 +38,7 @@ from fibrefit.discovery.search import cross_validation
 from fibrefit.discovery.search.cross_validation import LeftOut
 from fibrefit.discovery.search.inputs import Confirmation
 from fibrefit.discovery.search.setup import prepared_search
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.ports import PORTS
 from fibrefit.problem.task import Task

@@ -23,8 +23,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting import gls
 from fibrefit.fitting import identify as identification
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, Starts, total
 from fibrefit.fitting.search import rescue
 from fibrefit.laws.catalogue import find_effect

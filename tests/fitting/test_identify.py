@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.solve import gram_at
 from fibrefit.problem.task import Task

@@ -11,8 +11,7 @@ import pytest
 
 from fibrefit.core.limits import check_time, cuts_noted, time_limit
 from fibrefit.fitting import gls
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search.starts import STARTS_AT_ONCE, Searched, latin_hypercube_starts, search
 from fibrefit.problem.task import Task

@@ -13,8 +13,7 @@ import pytest
 
 from fibrefit.core.limits import check_time, time_limit
 from fibrefit.fitting import checks as judge
-from fibrefit.fitting.evaluated import How
-from fibrefit.fitting.identify import identify
+from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Starts
 from fibrefit.fitting.search import rescue as identifying
 from fibrefit.fitting.search.rescue import SecondSolver

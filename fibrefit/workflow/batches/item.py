@@ -173,8 +173,7 @@ def identified(job: Job) -> Outcome:
     FibrefitError
         If its study or its records are not understood.
     """
-    from fibrefit.fitting.evaluated import How
-    from fibrefit.fitting.identify import identify
+    from fibrefit.fitting.identify import How, identify
     from fibrefit.workflow.fit import Fit, prepared
 
     # Before anything is read: of a record that changes meanwhile the result is then none.
