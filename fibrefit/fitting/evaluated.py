@@ -215,7 +215,7 @@ class EvaluatedEstimate:
     def balance_gap(self) -> ChannelGap | None:
         """Gap of the force that drives the rig."""
         force = self.balance
-        return None if force is None else ChannelGap.beside(float("nan"), force.rms, "N", force.explained)
+        return None if force is None else ChannelGap.against_noise(float("nan"), force.rms, "N", force.explained)
 
     def passed(self, *identifiers: str) -> bool:
         """Whether it passed these checks, as far as they could be asked: too few readings say nothing of a structure.

@@ -81,10 +81,10 @@ def _gaps(task: Task, readings: Mapping[str, np.ndarray]) -> tuple[Gap, Mapping[
         for r, name in enumerate(names):
             rms, noise = (float(np.sqrt(np.sum(part[r] ** 2) / max(number[r], 1))) for part in (error, noises))
             share = _share_explained(float(np.sum(error[r] ** 2)), float(squares[r]))
-            gaps[name][channel] = ChannelGap.beside(noise, rms, task.units[channel], share)
+            gaps[name][channel] = ChannelGap.against_noise(noise, rms, task.units[channel], share)
         rms, noise = (float(np.sqrt(np.sum(part**2) / number.sum())) for part in (error, noises))
         share = _share_explained(float(np.sum(error**2)), float(squares.sum()))
-        whole[channel] = ChannelGap.beside(noise, rms, task.units[channel], share)
+        whole[channel] = ChannelGap.against_noise(noise, rms, task.units[channel], share)
     return whole, gaps
 
 

@@ -65,7 +65,7 @@ def test_a_record_that_hides_among_equal_ones_is_named(number: int, loud: float)
     # Residuals of a lost bounce last: third differences hardly see them.
     wave = np.sqrt(2.0 * (loud**2 - 1.0)) * np.sin(2.0 * np.pi * 7.0 * np.arange(4000) / RATE)
     residuals[3] += wave
-    whole = {"force": ChannelGap.beside(1.0, float(np.sqrt(np.mean(residuals**2))), "N")}
+    whole = {"force": ChannelGap.against_noise(1.0, float(np.sqrt(np.mean(residuals**2))), "N")}
     assert judge.check("residual_size", judge.gap_is_noise(whole)).passed
     check = judged(residuals, WHITE)
     assert not check.passed

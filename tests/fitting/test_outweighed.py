@@ -58,10 +58,12 @@ def test_a_value_that_was_driven_to_nothing_is_held_against_its_typical_size() -
 
 def test_it_fails_a_fit_that_does_not_explain_the_signal() -> None:
     explained, left = (
-        judge.check("explained_share", judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", share)}))
+        judge.check(
+            "explained_share", judge.signal_explained({"force": ChannelGap.against_noise(1e-6, 1.0, "N", share)})
+        )
         for share in (0.999, 0.98)
     )
-    of = {"force": ChannelGap.beside(1e-6, 1.0, "N", 0.98)}
+    of = {"force": ChannelGap.against_noise(1e-6, 1.0, "N", 0.98)}
     told = judge.check("explained_share", judge.signal_explained(of, lambda: said(1.5)))
     assert status_by([told]) == "failed"
     assert fit_sentence(told).startswith(fit_sentence(left))
@@ -69,5 +71,7 @@ def test_it_fails_a_fit_that_does_not_explain_the_signal() -> None:
     assert f"{words}: this value may be off by a factor" in fit_sentence(told)
     assert status_by([left]) == "suspect"
     # Of a signal that is explained nobody asks.
-    judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", 0.999)}, lambda: pytest.fail("it was asked"))
+    judge.signal_explained(
+        {"force": ChannelGap.against_noise(1e-6, 1.0, "N", 0.999)}, lambda: pytest.fail("it was asked")
+    )
     assert explained.passed

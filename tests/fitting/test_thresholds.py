@@ -44,7 +44,7 @@ __all__ = ["clean"]
 def left(share: float) -> Check:
     """The check of a signal of which a share of the variance is left beyond the noise."""
     return judge.check(
-        "explained_share", judge.signal_explained({"force": ChannelGap.beside(1e-6, 1.0, "N", 1.0 - share)})
+        "explained_share", judge.signal_explained({"force": ChannelGap.against_noise(1e-6, 1.0, "N", 1.0 - share)})
     )
 
 

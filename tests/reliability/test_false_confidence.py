@@ -107,7 +107,7 @@ def test_a_refusal_of_exchanged_records_says_so(monkeypatch: pytest.MonkeyPatch)
     ("explained", "status"), [(0.999, "ok"), (0.98, "suspect"), (0.94, "failed"), (-3.0, "failed")]
 )
 def test_numbers_of_no_use_are_failed(explained: float, status: str) -> None:
-    gap = ChannelGap.beside(0.4, 10.0, "N", explained)
+    gap = ChannelGap.against_noise(0.4, 10.0, "N", explained)
     check = checks.check("explained_share", checks.signal_explained({"force": gap}))
     assert status_by([check]) == status
     assert ("of no use" in fit_sentence(check)) == (status == "failed")
