@@ -28,7 +28,7 @@ REASONS: dict[str, dict[str, str]] = {
     "discovery.residuals.eigenvalues": {"EXACT": WORK},
     "fitting.gls": {"ROUNDS": STEP},
     "fitting.search.rescue": {"STARTS_AT_ONCE": WORK},
-    "fitting.search.starts": {"STARTS_AT_ONCE": WORK, "FAR_ABOVE": STEP, "FEW": START},
+    "fitting.search.starts": {"STARTS_AT_ONCE": WORK, "FAR_ABOVE": STEP},
     "fitting.uncertainty": {"1e-12": ROUNDING, "1e-300": ROUNDING},
     "laws.families": {"MOST_DIGITS": FORM},
     "laws.push.hold": {"SHORT": ROUNDING},

@@ -14,7 +14,7 @@ from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.fitting.search.starts import (
     AS_DRAWN,
-    FEW,
+    STARTS_AT_ONCE,
     latin_hypercube_starts,
     starts_from_base_model,
     without_effects,
@@ -48,7 +48,7 @@ def test_most_starts_begin_where_the_base_model_ends(viscous: Task, task: Task, 
 
 
 def test_a_few_starts_a_model_without_effects_and_one_to_be_stopped_are_left(viscous: Task, task: Task) -> None:
-    for one, number, stop in ((viscous, FEW, GOING_ON), (task, 8, GOING_ON), (viscous, 8, lambda: True)):
+    for one, number, stop in ((viscous, STARTS_AT_ONCE, GOING_ON), (task, 8, GOING_ON), (viscous, 8, lambda: True)):
         drawn = latin_hypercube_starts(one.problem.layout, one.start, one.spread, number, 0)
         assert starts_from_base_model(one, drawn, 0, stop) is drawn
 

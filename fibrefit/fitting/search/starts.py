@@ -32,14 +32,11 @@ from fibrefit.problem.statement.observations import LENGTH_STEP
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 
-FEW = 4
-"""Number of starts up to which they are all left where they are."""
+STARTS_AT_ONCE = 4
+"""Starts that are searched from in one go, by one core; so few are all left where they are drawn."""
 
 AS_DRAWN = 4
 """One start in so many is left where it is, the first of all among them: the effects may have much to say."""
-
-LEADERS = 4
-"""Starts of the fit without effects."""
 
 
 def starts_from_base_model(task: Task, starts: np.ndarray, seed: int, stop: Callable[[], bool]) -> np.ndarray:
@@ -59,10 +56,10 @@ def starts_from_base_model(task: Task, starts: np.ndarray, seed: int, stop: Call
         As they were where there is no such fit: few starts, no effects, or none that may vanish.
     """
     plain = without_effects(task)
-    if len(starts) <= FEW or plain is None or stop():
+    if len(starts) <= STARTS_AT_ONCE or plain is None or stop():
         return starts
     problem, layout = plain.problem, plain.problem.layout
-    began = layout.free(latin_hypercube_starts(layout, plain.start, plain.spread, LEADERS, seed))
+    began = layout.free(latin_hypercube_starts(layout, plain.start, plain.spread, STARTS_AT_ONCE, seed))
     found = search(problem, began, plain.horizons, lambda share: None, stop, HorizonSchedule.of(plain)).descent
     if not np.isfinite(found.cost).any():
         return starts
@@ -101,9 +98,6 @@ def columns_in(layout: Layout, part: Layout) -> np.ndarray:
 
 FAR_ABOVE = 100.0
 """Factor on the cost of a sample at the best start beyond which another is given up."""
-
-STARTS_AT_ONCE = 4
-"""Starts that are searched from in one go, by one core."""
 
 WORTH_A_PROGRAM = 1_000_000
 """Samples of all starts and records beyond a horizon from which it has arrays of its own: ten steps through so many
