@@ -27,7 +27,6 @@ REASONS: dict[str, dict[str, str]] = {
     "discovery.engine.refit": {"ARRIVED": ENDS, "0.0001": ENDS, "1000000.0": ENDS},
     "discovery.residuals.eigenvalues": {"EXACT": WORK},
     "fitting.gls": {"ROUNDS": STEP},
-    "fitting.search.rescue": {"STARTS_AT_ONCE": WORK},
     "fitting.search.starts": {"STARTS_AT_ONCE": WORK, "FAR_ABOVE": STEP},
     "fitting.uncertainty": {"1e-12": ROUNDING, "1e-300": ROUNDING},
     "laws.families": {"MOST_DIGITS": FORM},

@@ -75,10 +75,6 @@ def force_alone(problem: Problem, values: np.ndarray, covariance: np.ndarray) ->
     return ForceAlone(tuple(determined), load) if determined else None
 
 
-SIGNS_OF_LACK = frozenset(row.identifier for row in CHECKS if row.remedy == "search")
-"""Identifiers of the checks that fail where the model lacks something."""
-
-
 def advice(estimate: EvaluatedEstimate, checks: tuple[Check, ...]) -> tuple[Advice, ...]:
     """What to do next, the most useful first: remedies of the checks that failed, and what would tell more."""
     problem, values = estimate.problem, estimate.values

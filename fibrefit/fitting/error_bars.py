@@ -18,10 +18,9 @@ import numpy as np
 from fibrefit.core.declarations import HELD
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.gls import GlsEstimate, kind_of_interval
-from fibrefit.fitting.residuals import CELLS
 from fibrefit.fitting.result import Estimate, PlainEstimate
 from fibrefit.fitting.search.solve import descend
-from fibrefit.fitting.thresholds import BLIND_PART, UNNOTICED
+from fibrefit.fitting.thresholds import BLIND_PART, STATE_CELLS, UNNOTICED
 from fibrefit.fitting.uncertainty import MEMORY, ErrorBars, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.statement.layout import RAN_AWAY, Range, gathered
@@ -224,17 +223,17 @@ def _cells(state: np.ndarray, motion: Motion, counts: np.ndarray) -> np.ndarray:
     there = (np.arange(state.shape[1]) < np.asarray(counts)[:, None]) & (motion.phase != HELD) & np.isfinite(state)
     if not there.any():
         return np.full(state.shape, -1)
-    edges = np.unique(np.quantile(state[there], np.linspace(0.0, 1.0, CELLS + 1)[1:-1]))
+    edges = np.unique(np.quantile(state[there], np.linspace(0.0, 1.0, STATE_CELLS + 1)[1:-1]))
     return np.where(there, np.searchsorted(edges, state), -1)
 
 
 @RAN_AWAY
 def _clustered(scores: Scores, cells: np.ndarray) -> np.ndarray:
     """Variance of the score, ``(n_free, n_free)``, of residuals that are alike within a cell."""
-    sums = np.zeros((CELLS, scores.size))
+    sums = np.zeros((STATE_CELLS, scores.size))
     for r, columns in enumerate(scores.columns):
         score, here = scores.of_record(r), cells[r, : scores.counts[r]]
-        for cell in range(CELLS):
+        for cell in range(STATE_CELLS):
             sums[cell] += gathered(score[here == cell].sum(axis=0)[None], columns[None], scores.size)
     return sums.T @ sums
 

@@ -25,6 +25,7 @@ from fibrefit.fitting.thresholds import (
     RARE_POWER,
     SLOWEST_OCTAVE,
     STANDS_OUT,
+    STATE_CELLS,
     STATE_SHARE,
 )
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
@@ -127,9 +128,6 @@ def readings_at_rest(task: Task) -> dict[str, list[tuple[np.ndarray, float]]]:
                     found[channel].append((values * task.stated_over_rest.get(channel, 1.0), rate))
     return found
 
-
-CELLS = 12
-"""Cells, visited equally often, that a state is cut into."""
 
 DRAWS = 20
 
@@ -321,13 +319,13 @@ def states(residual_set: ResidualSet) -> Found:
 
 
 def _steps(state: np.ndarray) -> np.ndarray:
-    """Which of at most `CELLS` equally filled ones each value belongs to; none where there is nothing to tell apart.
+    """Which of equally filled cells each value belongs to; none where there is nothing to tell apart.
 
     Of two values in each cell a curve explains half of the noise: of fewer none is tried.
     """
-    if len(state) < 2 * CELLS or np.ptp(state) == 0.0:
+    if len(state) < 2 * STATE_CELLS or np.ptp(state) == 0.0:
         return np.empty(0, dtype=int)
-    return np.searchsorted(np.unique(np.quantile(state, np.linspace(0.0, 1.0, CELLS + 1)[1:-1])), state)
+    return np.searchsorted(np.unique(np.quantile(state, np.linspace(0.0, 1.0, STATE_CELLS + 1)[1:-1])), state)
 
 
 def _explained(steps: np.ndarray, residual: np.ndarray) -> float:

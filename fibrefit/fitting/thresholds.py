@@ -75,6 +75,9 @@ RARE_POWER = 5e-4
 """Probability of a ratio of powers beyond which it is not put down to chance: the same one in two thousand."""
 LOUDEST = 1.5
 """Most by which noise may be louder in motion than at rest; what is louder still is not noise."""
+STATE_CELLS = 12
+"""Cells, visited equally often, that a state is cut into. Of less than two samples in motion in each of them a curve
+explains half of the noise: none is tried."""
 FEWEST_SAMPLES = 200
 """Samples below which a phase is too short to be judged, unless it is the longest: their mean square scatters by a
 tenth."""

@@ -10,7 +10,7 @@ import pytest
 
 from fibrefit.core.declarations import FORWARDS, HELD
 from fibrefit.fitting.error_bars import METHOD, _cells, _without_parts, estimates, with_discrepancy
-from fibrefit.fitting.residuals import CELLS
+from fibrefit.fitting.thresholds import STATE_CELLS
 from fibrefit.fitting.uncertainty import MEMORY, ErrorBars, Scores, sandwich, white
 from fibrefit.fitting.values import most_doubtful
 from fibrefit.problem.diagnose.motion import Motion
@@ -62,7 +62,7 @@ def test_cells_are_visited_equally_often(held: int) -> None:
     motion.phase[:, :held] = HELD
     cells = _cells(motion.states["speed"], motion, scores.counts)
     assert (cells[:, :held] == -1).all()
-    number = np.bincount(cells[cells >= 0], minlength=CELLS)
+    number = np.bincount(cells[cells >= 0], minlength=STATE_CELLS)
     assert number.max() < 1.1 * number.min()
 
 

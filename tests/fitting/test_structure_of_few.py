@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.declarations import HELD, REST, SLACK
-from fibrefit.fitting.advice import SIGNS_OF_LACK
+from fibrefit.fitting.checks import CHECKS
 from fibrefit.fitting.residuals import _edges
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
 from fibrefit.problem.noise.spectrum import Noise
@@ -76,5 +76,5 @@ def test_noise_of_short_records_rarely_fails() -> None:
 def test_where_nothing_can_be_looked_at_nothing_passes() -> None:
     still = checks(white(150), 50.0, np.full(150, HELD))[2]
     assert (still.passed, still.statistic, still.identifier) == (False, None, "residual_state")
-    assert still.identifier in SIGNS_OF_LACK
+    assert next(row.remedy for row in CHECKS if row.identifier == still.identifier) == "search"
     assert "whether residuals depend on one is not known" in fit_sentence(still)

@@ -299,6 +299,7 @@ CASES = (
     Bracket("VAGUE", single, lambda x: said(COLUMNS, [1.0, 0.01 / x, 1.0]) == [], 0.4, 0.6),
     Bracket("TIED", single, lambda x: tied(x) == [], 0.99, 0.9975),
     Bracket("SEEN", single, lambda x: unseen(x), 0.008, 0.012),
+    Bracket("STATE_CELLS", structure, lambda x: structure._steps(np.arange(x)).size > 0, 24.0, 20.0),
     Bracket("ORDINATES", structure, of_fast, 9.0, 7.0),
     Bracket("SLOWEST_OCTAVE", structure, lambda x: structure._edges(8000.0).min() <= x, 1.0, 0.5),
     Bracket("LOOSE", single, lambda x: tied(0.999, 1.0 / x) == [], 0.08, 0.12),
