@@ -22,7 +22,7 @@ STAGES = (
     ("filters of that noise, twice", "fibrefit.fitting.gls", "whitening_of"),
     ("Gauss-Newton through them, twice", "fibrefit.fitting.gls", "_weighed"),
     ("Hausman test", "fibrefit.fitting.identify", "_compared"),
-    ("structure of the residuals", "fibrefit.fitting.identify", "_of_residuals"),
+    ("checks that residuals are noise", "fibrefit.fitting.identify", "checks_of"),
     ("summary and its checks in words", "fibrefit.workflow.fit", "fit_summary"),
 )
 """What it is called, and the function that does it; none of them calls another."""
