@@ -22,8 +22,7 @@ from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LI
 from fibrefit.fitting.uncertainty import ErrorBars
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import mode, record_wise_start
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
-from fibrefit.problem.inputs.linearity_weights import counted
+from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors, instant_weights
 from fibrefit.problem.linear_model.normal_equations import Arrowhead
 from fibrefit.problem.linear_model.unknowns import Place, Unknowns
 from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View

@@ -29,7 +29,8 @@ from fibrefit.fitting.thresholds import (
     STATE_SHARE,
 )
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
-from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram, unbroken
+from fibrefit.problem.noise.readings import unbroken
+from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import BESIDE_MAINS, CLEAR

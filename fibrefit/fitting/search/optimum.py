@@ -38,12 +38,15 @@ from fibrefit.problem.inputs.errors_in_variables import (
     InputCoefficients,
     InputErrors,
     corrected,
+    downweighted,
+    downweights,
     error_rms,
     expanded,
     input_errors,
+    instant_weights,
     no_errors,
+    samples_about,
 )
-from fibrefit.problem.inputs.linearity_weights import counted, downweighted, downweights, samples_about
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities, without_input_errors
 from fibrefit.problem.linear_model.normal_equations import PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Place, Unknowns
@@ -216,8 +219,8 @@ def _linearisation_at(
         end = _descended(problem, unknowns, place, view)
     predicted, coefficients = view.residuals(end.local)
     left = np.asarray(corrected(problem, known, coefficients).linearised_at(end.local).residuals)
-    here, samples = left * _weighted(view).downweight, counted(problem).sum(axis=-1)
-    number, variance = counted(problem, _weighted(view).downweight).sum(axis=-1), _variance(problem, view, end)
+    here, samples = left * _weighted(view).downweight, instant_weights(problem).sum(axis=-1)
+    number, variance = instant_weights(problem, _weighted(view).downweight).sum(axis=-1), _variance(problem, view, end)
     # What readings linearised elsewhere predicted of it may be none: a motion that bounces is another one then.
     return _Linearisation(
         replace(view, beforehand=whole.beforehand),
@@ -234,7 +237,7 @@ def _linearisation_at(
 
 def _followed(problem: Problem, view: View, end: PosteriorMode) -> list[int]:
     """Number of samples of each record up to where more is left than errors of inputs leave, half of them at least."""
-    number, about = counted(problem, _weighted(view).downweight), samples_about(problem, NEARBY)
+    number, about = instant_weights(problem, _weighted(view).downweight), samples_about(problem, NEARBY)
     left = np.sum(view.residuals(end.local)[0][0] ** 2, axis=1)
     power, count = (np.stack(list(map(uniform_filter1d, rows, about))) for rows in (left, number))
     lost = power > LOSES**2 * np.maximum(count, 1.0)
@@ -252,7 +255,7 @@ def _weighted(view: View) -> InputSensitivities:
 
 def _variance(problem: Problem, view: View, end: PosteriorMode) -> float:
     """Mean square of what the best errors of inputs leave of the samples that count; that of noise at the least."""
-    return max(1.0, end.normal.cost / float(counted(problem, _weighted(view).downweight).sum()))
+    return max(1.0, end.normal.cost / float(instant_weights(problem, _weighted(view).downweight).sum()))
 
 
 def _tells_more(linearisations: Sequence[_Linearisation]) -> bool:
@@ -387,7 +390,7 @@ def _view(problem: Problem, known: Mapping[str, InputErrors], seen: InputSensiti
 
 def _descended(problem: Problem, unknowns: Unknowns, place: Place, view: View) -> PosteriorMode:
     gram, nothing = view.gram(unknowns), np.zeros(0)
-    number = float(counted(problem, _weighted(view).downweight).sum())
+    number = float(instant_weights(problem, _weighted(view).downweight).sum())
     with beyond_limits():  # the first of these is without an alternative, and all are short
         begun = PosteriorMode.at(unknowns, place, gram, nothing)
         enough = max(ROUGHLY, COARSE * (begun.normal.cost - number))
@@ -413,7 +416,7 @@ def noise_left(task: Task, found: WithInputErrors) -> np.ndarray:
     rows = np.moveaxis(np.where(seen, noise, 0.0) * weights, 0, 1).reshape(len(weights), DRAWS, -1)
     for own, record in zip(rows, found.sensitivities.records, strict=True):
         own += record.imitated(random.standard_normal((DRAWS, len(record.inverse))), own.shape[1])
-    left = found.sensitivities.left(rows).reshape(len(weights), DRAWS, *weights.shape[1:])
+    left = found.sensitivities.without_errors(rows).reshape(len(weights), DRAWS, *weights.shape[1:])
     counts = np.sum(np.where(seen, weights, 0.0) ** 2, axis=-1)
     return np.sqrt(np.sum(left**2, axis=-1).mean(axis=1) / np.maximum(counts, 1e-300))
 
