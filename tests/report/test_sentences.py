@@ -17,13 +17,13 @@ from fibrefit.fitting.misstatements import Alternative, Misstated
 from fibrefit.fitting.result import Advice, Why
 from fibrefit.fitting.values import Weakness
 from fibrefit.report.sentences import discovery, fit, minima, posterior, prediction
+from fibrefit.sampling.checks import CHECKS as SAMPLED
 from fibrefit.study.summaries.check import Check, status_by
 from fibrefit.study.summaries.discovery import Weight
 
 PACKAGE = Path(fit.__file__).resolve().parents[2]
 MADE_IN = {
     "problem": fit.SENTENCES,
-    "sampling": posterior.SENTENCES,
     "workflow/sampling": posterior.SENTENCES,
 }
 
@@ -71,6 +71,7 @@ def test_every_check_has_a_sentence(folder: str) -> None:
 
 def test_every_check_of_the_table_has_a_sentence() -> None:
     assert {row.identifier for row in CHECKS} - {"{}" + fit.ERROR_OF_INPUT} == set(fit.SENTENCES)
+    assert set(SAMPLED) <= set(posterior.SENTENCES)
 
 
 def test_every_statement_has_a_sentence_and_every_sentence_a_statement() -> None:
