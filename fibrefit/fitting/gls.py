@@ -220,6 +220,8 @@ def _tells_more(linearisations: Sequence[_Linearisation], searched: bool) -> boo
         return False
     if len(linearisations) == 1 or last.left < 1.0 + MISSED_LINEARISED:
         return last.bends or (searched and last.left > 1.0 + MISSED_LINEARISED)
+    # By what a look gains, not by whether values rest: where none moved by a quarter of what records differ by, five
+    # more looks gained 430 nats.
     return still_gains([one.share for one in linearisations], [one.left for one in linearisations], last.bends)
 
 

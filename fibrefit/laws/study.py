@@ -218,6 +218,8 @@ class OtherFibre(FibreLaw):
     name: ClassVar[str] = "study.other_fibre"
     family: ClassVar[str] = "in"
     strength: ClassVar[tuple[str, ...]] = ("stiffness_change", "damping_change")
+    # Relative, so that a search moves the logarithm of 1 + a: along it the valley is straight in which the record's own
+    # deviation explains the change as well.
     stiffness_change: jax.Array = quantity(
         "-", "relative change of the stiffness", 0.2, lower=-0.95, upper=20.0, relative=True, symbol="a"
     )

@@ -243,6 +243,7 @@ class MarginalLikelihood:
         dz = -np.einsum("gij,gj->gi", inverse, right)
         own = solved(blocks, np.broadcast_to(pulls, blocks.shape[:-1])[..., None])[..., 0]
         lowest = cost + np.einsum("gi,gi->g", right, dz) - np.einsum("ri,gri->g", pulls, own)
+        # What slopes predict beyond the mode and no step brings is no evidence: `unmet` takes it off.
         log = -0.5 * (lowest + found.unmet) - 0.5 * (log_determinant(schur) + log_determinant(blocks).sum(axis=-1))
         log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
         inside = kept_inside(unknowns, place.z + dz, inverse)

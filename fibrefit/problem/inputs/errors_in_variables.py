@@ -375,6 +375,8 @@ def downweights(
     roots : sequence of (n_coef, n_coef), one for each record, optional
         Of the covariance of what is not known of the coefficients; what is known of them beforehand by default.
     """
+    # A search keeps to what is known beforehand: with weights that take in what was learnt more samples count from one
+    # linearisation to the next, and none is the last.
     random, missed = np.random.default_rng(0), np.zeros(1)
     here, ends = residuals(problem, known, values, coefficients), np.cumsum([w.shape[1] for w in coefficients.values()])
     # The largest miss of four draws counts.
@@ -388,6 +390,7 @@ def downweights(
         missed = np.maximum(missed, np.abs(there - here - predicted.reshape(here.shape)))
     missed = np.where(np.isfinite(missed), missed, np.inf)
     # A miss counts 5 ms about it: other values of a model move it.
+    # Flights behind an amplified bounce fall out whole: unknowns of their own for their few shapes found no more.
     about = samples_about(problem, 0.005)
     missed = np.stack([maximum_filter1d(one, size, axis=-1) for one, size in zip(missed, about, strict=True)])
 

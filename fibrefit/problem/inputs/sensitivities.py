@@ -396,5 +396,6 @@ def step_likelihood(
     plain = StepLikelihood(tuple(channels), found)
     if fine is None or not found:
         return plain
+    # One step about fine readings, no second: that goes too far where slopes were taken in the middle of steps.
     rows = jnp.stack([jnp.asarray(unexplained), jnp.ones_like(unexplained)], axis=1)
     return StepLikelihood(plain.channels, found, fine, np.asarray(plain.rows(rows, weights)[:, 1]))

@@ -381,6 +381,7 @@ def _lines(draws: _Draws) -> tuple[list[tuple[float, float]], Periodograms]:
     rest, numbers, rates = whole, draws.valid.sum(axis=-1), np.asarray(draws.bank.rate)
     while len(found) < LINES and (line := _line(remaining, whole, rest.bands.of_any_corner, found)):
         found.append(line)
+        # Off the readings, not off ordinates alone: what ends of a record spread of a line would pass for slow noise.
         remaining = draws.without(found)
         rows = enumerate(zip(numbers, draws.counts, rates, strict=True))
         power = [_power(remaining.values[:, r, :count], m, rate) for r, (m, count, rate) in rows if m > 1]
