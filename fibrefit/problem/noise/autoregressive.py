@@ -59,6 +59,7 @@ class Autoregressive(eqx.Module):
         longest = max(2, *(len(c) for c in covariances)) - 1
         full = [_predictor(c, np.ones(len(c) - 1, dtype=bool)) for c in covariances]
         weights = np.stack([np.pad(w, (0, longest - len(w))) for w, _ in full])
+        padded = np.stack([np.pad(c, (0, longest + 1 - len(c))) for c in covariances])
         rows, row_weights, row_scale = [], [], []
         for channel, covariance in enumerate(covariances):
             for record in range(len(valid)):
@@ -66,16 +67,9 @@ class Autoregressive(eqx.Module):
                     rows.append((record, channel, time))
                     row_weights.append(np.pad(own, (0, longest - len(own))))
                     row_scale.append(scale)
-        padded = np.stack([np.pad(c, (0, longest + 1 - len(c))) for c in covariances])
-        return cls(
-            jnp.asarray(valid),
-            jnp.asarray(weights),
-            jnp.asarray([s for _, s in full]),
-            jnp.asarray(np.array(rows, dtype=np.int32).reshape(-1, 3).T),
-            jnp.asarray(np.array(row_weights).reshape(len(rows), longest)),
-            jnp.asarray(row_scale, dtype=float),
-            jnp.asarray(padded),
-        )
+        places = np.array(rows, dtype=np.int32).reshape(-1, 3).T
+        after_gaps = places, np.array(row_weights).reshape(len(rows), longest), np.array(row_scale, dtype=float)
+        return cls(*map(jnp.asarray, (valid, weights, np.array([s for _, s in full]), *after_gaps, padded)))
 
     @property
     def _scales(self) -> jax.Array:
