@@ -174,24 +174,14 @@ def _chain(density: LogPosterior, frame: Any, start: jax.Array, key: jax.Array) 
 @np.errstate(divide="ignore", invalid="ignore")  # of chains that have not moved
 def _compared(posterior: Posterior, points: np.ndarray, divergent: int) -> CrossCheck:
     """Both samples, by the same estimates of how well their means and standard deviations are known."""
-    own, other = posterior.course.kept, points[:, :, None]
-    mixed = mixing(other)
-    means, logs, errors, log_errors = [], [], [], []
-    for sample, ess in ((own, posterior.course.mixing.ess_bulk), (other, mixed.ess_bulk)):
+    mixed, found = mixing(points[:, :, None]), []
+    own = posterior.course.kept, posterior.course.mixing.ess_bulk
+    for sample, ess in (own, (points[:, :, None], mixed.ess_bulk)):
         mean, spread = sample.mean(axis=(0, 1, 2)), sample.std(axis=(0, 1, 2))
         # The error of the variance is that of the mean of these squares: it knows of heavy tails.
         squares = ((sample - mean) / spread) ** 2
         size = np.array([effective_draws(squares[..., i]) for i in range(points.shape[-1])])
-        means.append(mean)
-        logs.append(np.log(spread))
-        errors.append(spread / np.sqrt(ess))
-        log_errors.append(0.5 * squares.std(axis=(0, 1, 2)) / np.sqrt(size))
-    ratio = logs[0] - logs[1]
-    return CrossCheck(
-        points,
-        divergent,
-        scores=(means[0] - means[1]) / np.hypot(*errors),
-        spread=np.exp(ratio),
-        spread_scores=ratio / np.hypot(*log_errors),
-        r_hat=mixed.r_hat,
-    )
+        found.append((mean, np.log(spread), spread / np.sqrt(ess), 0.5 * squares.std(axis=(0, 1, 2)) / np.sqrt(size)))
+    means, logs, errors, log_errors = zip(*found, strict=True)
+    ratio, scores = logs[0] - logs[1], (means[0] - means[1]) / np.hypot(*errors)
+    return CrossCheck(points, divergent, scores, np.exp(ratio), ratio / np.hypot(*log_errors), mixed.r_hat)
