@@ -159,7 +159,9 @@ def test_what_a_look_leaves_is_told_in_units_of_what_noise_leaves(
     downweight = np.where(np.arange(100) < 50, 1.0, 0.0)[None, None]
     problem = SimpleNamespace(linearised_at=lambda local: SimpleNamespace(residuals=left))
     monkeypatch.setattr(gls, "problem_at", lambda task, found: problem)
-    monkeypatch.setattr(gls, "counted", lambda _, downweight=1.0: np.broadcast_to(np.square(downweight), (1, 1, 100)))
+    monkeypatch.setattr(
+        gls, "instant_weights", lambda _, downweight=1.0: np.broadcast_to(np.square(downweight), (1, 1, 100))
+    )
     seen = SimpleNamespace(raw=SimpleNamespace(downweight=downweight))
     found: Any = SimpleNamespace(seen=seen, local=None, residuals=left * downweight)
     task: Any = SimpleNamespace(problem=problem, steps={"force": 1.0} if coarse else {})

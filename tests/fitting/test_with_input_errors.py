@@ -177,7 +177,7 @@ def test_readings_up_to_an_instant_tell_what_they_would_tell_without_the_others(
     np.testing.assert_allclose(shorter.offset, wanted.offset, rtol=1e-9, atol=1e-9)
     seen = np.where(np.arange(shape[-1]) < count, np.random.default_rng(2).standard_normal((1, 3, *shape[1:])), 0.0)
     flat = seen.reshape(1, 3, -1)
-    np.testing.assert_allclose(shorter.left(flat), wanted.left(flat), atol=0.02)
+    np.testing.assert_allclose(shorter.without_errors(flat), wanted.without_errors(flat), atol=0.02)
 
 
 @pytest.mark.slow
@@ -197,7 +197,7 @@ def test_a_look_that_the_time_does_not_suffice_for_is_not_begun(
         return own(*args)
 
     monkeypatch.setattr(module, "_seen_with", counted)
-    monkeypatch.setattr(module, "time_left", lambda: left)
+    monkeypatch.setattr("fibrefit.core.limits.time_left", lambda: left)
     with_input_errors(task, known, start)
     assert (len(begun) >= looks) if looks > 1 else (len(begun) == 1)
 
