@@ -33,14 +33,13 @@ REASONS: dict[str, dict[str, str]] = {
     "laws.push.hold": {"SHORT": ROUNDING},
     "laws.template": {"WIDTH": FORM},
     "problem.estimate.evidence": {
-        "LIGHT": WORK,
         "MOST_POINTS": WORK,
         "MANY": WORK,
         "WEIGHS": ROUNDING,
         "WEIGHTLESS": ROUNDING,
     },
     "problem.estimate.gauss_newton": {
-        "NOTICED": STEP,
+        "NOTICEABLE_FALL": STEP,
         "MODE_TOLERANCE": ENDS,
         "FAR_BELOW": START,
         "0.75": STEP,
@@ -48,7 +47,6 @@ REASONS: dict[str, dict[str, str]] = {
         "ON_RADIUS": STEP,
         "0.001": STEP,
     },
-    "problem.formulate.formulate": {"CENTRED": START},
     "problem.inputs.sensitivities": {"NEGLIGIBLE": WORK, "10000000.0": WORK},
     "problem.inputs.smoothing": {"3.0": WORK, "MOST_CORNERS": WORK, "0.01": ENDS},
     "problem.noise.readings": {"5.0": FORMULA},

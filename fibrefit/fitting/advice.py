@@ -9,6 +9,8 @@ import equinox as eqx
 import jax
 import numpy as np
 
+from fibrefit.core.arrays import RAN_AWAY, assembled
+from fibrefit.core.matrices import equilibrated, scale_of
 from fibrefit.fitting.checks import BOUNDS, CHECKS
 from fibrefit.fitting.evaluated import EvaluatedEstimate
 from fibrefit.fitting.residuals import LoneSamples, lone_samples
@@ -16,8 +18,6 @@ from fibrefit.fitting.result import Advice
 from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import SensorLaw, StudyLaw
-from fibrefit.problem.statement.layout import RAN_AWAY, assembled
-from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 from fibrefit.study.summaries.check import OTHERWISE, SIZE, Check

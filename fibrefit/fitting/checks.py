@@ -50,13 +50,13 @@ from fibrefit.fitting.values import (
     records_agree,
     with_ends,
 )
-from fibrefit.problem.diagnose.channels import are_exchanged
+from fibrefit.problem.diagnose.channels import force_and_position_exchanged
 from fibrefit.problem.diagnose.newton import Gravity, Lag
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.thresholds import BALANCE, END_TOLD, GAP_OF_NOISE, UNLIKELY
+from fibrefit.problem.thresholds import BALANCE, GAP_OF_NOISE, LAST_LEVEL_RATIO, UNLIKELY
 from fibrefit.study.summaries.check import OTHERWISE, SIZE, Check
 from fibrefit.study.summaries.results import InputErrorSummary
 
@@ -143,7 +143,7 @@ def compares_solvers(estimate: EvaluatedEstimate) -> bool:
 
 def unexplained_and_exchanged(estimate: EvaluatedEstimate) -> bool:
     """Force and position look exchanged, and the model does not explain them."""
-    return not estimate.passed(EXPLAINED) and are_exchanged(estimate.search.task.traces)
+    return not estimate.passed(EXPLAINED) and force_and_position_exchanged(estimate.search.task.traces)
 
 
 def in_doubt(estimate: EvaluatedEstimate) -> bool:
@@ -565,7 +565,7 @@ CHECKS: tuple[CheckRow, ...] = (
     ),
     CheckRow(
         "between_records", "records differ by no more than is looked for", "difference between records",
-        lambda e: None if e.gls is None else e.gls.evidence.between_records_checks(), END_TOLD,
+        lambda e: None if e.gls is None else e.gls.evidence.between_records_checks(), LAST_LEVEL_RATIO,
     ),
     CheckRow(
         "records_agree", "single records agree", "agreement of the records",

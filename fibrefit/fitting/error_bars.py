@@ -15,6 +15,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from fibrefit.core.arrays import RAN_AWAY, gathered
 from fibrefit.core.declarations import HELD
 from fibrefit.fitting import uncertainty
 from fibrefit.fitting.gls import GlsEstimate, kind_of_interval
@@ -23,7 +24,7 @@ from fibrefit.fitting.search.solve import descend
 from fibrefit.fitting.thresholds import BLIND_PART, STATE_CELLS, UNNOTICED
 from fibrefit.fitting.uncertainty import MEMORY, ErrorBars, Scores, inverse_root, sandwich
 from fibrefit.problem.diagnose.motion import Motion
-from fibrefit.problem.statement.layout import RAN_AWAY, Range, gathered
+from fibrefit.problem.statement.layout import Range
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.results import ParameterSummary
@@ -151,10 +152,10 @@ def _due_to_priors(problem: Problem, values: np.ndarray, inverse: np.ndarray) ->
     With H of the records and P of the priors, and ``C = (H + P)^-1``, the part of the centres is ``C P C``, and that of
     noise ``C S C`` with S the variance of its score. Noise is another in every record, and the centres are the same.
     """
-    if not problem.layout.believed:
+    if not problem.layout.beliefs:
         return None
-    places = [i for i, _ in problem.layout.believed]
-    slopes = np.array([belief.slope(float(values[i])) for i, belief in problem.layout.believed])
+    places = [i for i, _ in problem.layout.beliefs]
+    slopes = np.array([belief.slope(float(values[i])) for i, belief in problem.layout.beliefs])
     return np.sqrt(np.sum((inverse[:, places] * slopes) ** 2, axis=1))
 
 
@@ -275,7 +276,7 @@ def plain_cost(
         return float(descend(problem, problem.layout.free(at), held, whole).cost)
 
     variance = squares(values) / problem.n_measured
-    linear = problem.followed(np.asarray(problem.layout.local(values)))[0]
+    linear = problem.evaluate(np.asarray(problem.layout.local(values)))[0]
     normal = Scores.of(problem, linear, values).normal_matrix()
     own = float(np.sqrt(variance * sandwich(normal, normal)[index, index]))
     return lambda at: squares(at) / variance, own

@@ -337,7 +337,7 @@ def cost_with_one_held(gls: GlsEstimate, index: int) -> Callable[[np.ndarray], f
         shared = found.values
         shared[place] = values[index]
         z = found.unknowns.coordinate(shared)
-        return mode(found.unknowns.holding(place, z), found.place._replace(z=z), gram, found.sigma).objective
+        return mode(found.unknowns.fixed_at(place, z), found.place._replace(z=z), gram, found.sigma).objective
 
     return cost
 

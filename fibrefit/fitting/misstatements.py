@@ -39,8 +39,8 @@ from fibrefit.fitting.thresholds import (
 from fibrefit.fitting.uncertainty import MEMORY
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative, look_alikes
 from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
-from fibrefit.problem.estimate.gauss_newton import ROUGHLY_THERE, Effort, mode
-from fibrefit.problem.formulate.formulate import first_size
+from fibrefit.problem.estimate.gauss_newton import ROUGH_TOLERANCE, Effort, mode
+from fibrefit.problem.formulation import first_size
 from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.statement.layout import Layout, Range
@@ -248,11 +248,11 @@ def _through(problem: Problem, way: np.ndarray, start: np.ndarray, held: np.ndar
     layout, nothing = problem.layout, np.zeros(0)
     unknowns = Unknowns.of_fit(layout, start, np.full(layout.size, np.inf))
     place = unknowns.place_of(layout.local(start))
-    unknowns = unknowns.holding(unknowns.places_in(layout)[0][held], place.z)
+    unknowns = unknowns.fixed_at(unknowns.places_in(layout)[0][held], place.z)
     for counts in way:
         samples = float(counts.sum()) * len(problem.model.rig.channels)
         effort = Effort(patience=PATIENCE_PER_HORIZON, worthless=LOUDEST**2 * samples)
-        end = mode(unknowns, place, View(problem.until(counts)).gram(unknowns), nothing, ROUGHLY_THERE, effort)
+        end = mode(unknowns, place, View(problem.until(counts)).gram(unknowns), nothing, ROUGH_TOLERANCE, effort)
         if not end.normal.cost <= (2.0 * LOUDEST) ** 2 * samples:
             return None
         place = end.place

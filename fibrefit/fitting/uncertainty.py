@@ -20,10 +20,10 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
+from fibrefit.core.arrays import assembled, gathered
+from fibrefit.core.matrices import equilibrated, least_squares, scale_of
 from fibrefit.fitting.thresholds import BLIND_PART
 from fibrefit.problem.noise.spectrum import half_weights, periodogram, products_of_spectra, whittle
-from fibrefit.problem.statement.layout import assembled, gathered
-from fibrefit.problem.statement.matrices import equilibrated, least_squares, scale_of
 from fibrefit.problem.statement.problem import Linearised, Problem
 
 MEMORY = 1.0 / 8.0

@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from scipy.special import fdtrc
 
+from fibrefit.core.matrices import equilibrated, least_squares, scale_of
 from fibrefit.fitting.error_bars import METHOD, error_bars
 from fibrefit.fitting.gls import GlsEstimate
 from fibrefit.fitting.result import Estimate, Found
@@ -25,7 +26,6 @@ from fibrefit.fitting.thresholds import (
 from fibrefit.fitting.uncertainty import MEMORY, ErrorBars, Scores, sandwich, stationary_parts
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.matrices import equilibrated, least_squares, scale_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.thresholds import GAP_OF_NOISE, UNLIKELY
 from fibrefit.study.summaries.part import Z_95
@@ -108,7 +108,7 @@ def _given_beliefs(layout: Layout, covariance: np.ndarray) -> np.ndarray:
 
     A value with a prior is not tied to another one by the records alone; its own rows become zero.
     """
-    held = [i for i, _ in layout.believed if np.isfinite(covariance[i, i])]
+    held = [i for i, _ in layout.beliefs if np.isfinite(covariance[i, i])]
     if not held:
         return covariance
     inside = covariance[np.ix_(held, held)]

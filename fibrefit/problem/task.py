@@ -69,10 +69,10 @@ class Task:
         """Samples a second of the first record, in Hz."""
         return 1.0 / float(np.diff(np.asarray(self.problem.observations.experiment.times)[0]).mean())
 
-    def alone(self, record: int) -> Task:
+    def of_record(self, record: int) -> Task:
         """The task of a single record, all values its own."""
         problem, layout = self.problem, self.problem.layout
-        fixed = lambda slot: () if slot.free and slot.held(record) is None else (slot.held(record),)  # noqa: E731
+        fixed = lambda slot: () if slot.free and slot.fixed_in(record) is None else (slot.fixed_in(record),)  # noqa: E731
         own = Layout(tuple(replace(slot, fixed=fixed(slot)) for slot in layout.slots), (layout.records[record],))
         mine = slice(record, record + 1)
         part = jax.tree.map(lambda leaf: leaf[mine], problem.observations)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.problem.statement.matrices import equilibrated, scale_of
+from fibrefit.core.matrices import equilibrated, scale_of
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 from fibrefit.sampling.chains import ChainHistory, Target
 from fibrefit.sampling.evidence import Mode

@@ -19,6 +19,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.arrays import assembled
+from fibrefit.core.matrices import pseudo_inverse
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import record_wise_start
 from fibrefit.problem.estimate.gls import HausmanTest
@@ -36,8 +38,7 @@ from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.noise.whitening import Whitening, innovations, least_squares_step, linearised_after_step
 from fibrefit.problem.posterior.log_posterior import Conditional, InputEffects, LogPosterior, Mixture, RandomEffects
-from fibrefit.problem.statement.layout import Layout, assembled
-from fibrefit.problem.statement.matrices import pseudo_inverse
+from fibrefit.problem.statement.layout import Layout
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.study.summaries.results import BetweenRecordsSummary
@@ -90,7 +91,7 @@ def ols_deviations(task: Task, values: np.ndarray, seen: View) -> Deviations:
         Linearised there in errors of inputs.
     """
     layout, local = seen.problem.layout, np.asarray(seen.problem.layout.local(values))
-    slopes = np.asarray(seen.problem.followed(local)[0].slopes)
+    slopes = np.asarray(seen.problem.evaluate(local)[0].slopes)
     rows = np.moveaxis(slopes, -1, 1).reshape(len(slopes), slopes.shape[-1], -1)
     reduced = rows if seen.raw is None else seen.raw.without_errors(rows)
     normal = assembled(np.einsum("rin,rjn->rij", rows, reduced), layout.local_columns, layout.size)
@@ -149,7 +150,7 @@ def random_effects_of(
     layout, place, scattering = seen.problem.layout, evidence.mode.place, unknowns.scattering
     columns = unknowns.shared[scattering]
     free = np.searchsorted(np.asarray(layout.local_free), columns)
-    linear = np.asarray(seen.problem.followed(where.local)[0].slopes)
+    linear = np.asarray(seen.problem.evaluate(where.local)[0].slopes)
     slopes = np.asarray(innovations(seen.whitening, linear[..., free])) * level[:, None, None]
     bend = np.zeros((len(slopes), len(columns), len(columns)))
     if inputs is not None:
@@ -205,7 +206,7 @@ def hausman_of_records(
     HausmanTest
         A value that may differ has the largest of its records' scores, and their mean efficiency.
     """
-    layout, linear = seen.problem.layout, seen.problem.followed(local)[0]
+    layout, linear = seen.problem.layout, seen.problem.evaluate(local)[0]
     names = set(where.names) if where is not None and where.found else set()
     slots = tuple(replace(slot, shared=slot.shared and slot.name not in names) for slot in layout.slots)
     separate = Layout(slots, layout.records)
@@ -306,7 +307,7 @@ def input_effects_of(seen: View, local: np.ndarray, spread: np.ndarray) -> Input
     if seen.sensitivities is None or seen.whitening is None:
         return None
     columns = seen.problem.layout.local_free
-    linear = seen.problem.followed(local)[0]
+    linear = seen.problem.evaluate(local)[0]
     residuals = np.asarray(linear.residuals)
     zero = seen.without_errors(residuals)
     offset = zero - residuals

@@ -248,7 +248,7 @@ def _noise_and_mode(
     rounds, most = 2, 6
     for number in range(1, most + 1):
         # The noise that what was fitted took along is put back, as a fit does.
-        linear, residuals = seen.problem.followed(where.local)[0], None
+        linear, residuals = seen.problem.evaluate(where.local)[0], None
         if seen.raw is not None or request.noise == AS_A_FIT:
             residuals = seen.residuals(where.local, DRAWS_OF_ERRORS)[0]
             linear = linear._replace(residuals=residuals[0])
@@ -291,7 +291,7 @@ def _noise_and_mode(
 
 
 def _linearised(problem: Problem, values: np.ndarray) -> Linearised:
-    return problem.followed(np.asarray(problem.layout.local(values)))[0]
+    return problem.evaluate(np.asarray(problem.layout.local(values)))[0]
 
 
 def _level(seen: View, local: np.ndarray, likelihood: Likelihood) -> np.ndarray:

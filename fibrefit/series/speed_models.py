@@ -15,6 +15,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from fibrefit.core.limits import Progress, quiet
+from fibrefit.core.matrices import inverses
 from fibrefit.discovery.comparison import Comparison, comparison_of
 from fibrefit.discovery.engine.candidates import transferred, with_values
 from fibrefit.discovery.engine.effort import FIRST_STARTS, slopes_tell
@@ -35,7 +36,6 @@ from fibrefit.problem.estimate.evidence import MarginalLikelihood
 from fibrefit.problem.estimate.gauss_newton import mode
 from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Unknowns
-from fibrefit.problem.statement.matrices import inverses
 from fibrefit.problem.task import Task
 from fibrefit.series.meta_analysis import Population, population
 from fibrefit.series.speed_laws import BY_EFFECT, LAWS, SpeedLaw, factors, laws_on, parameter_of, span, speeds_of
@@ -242,7 +242,7 @@ def own_values(search: Search, supermodel: Supermodel, constant: LaplaceFit) -> 
 
     unknowns = search.inference.unknowns(supermodel, ())
     deviating = unknowns.scattering
-    unknowns = unknowns.holding(deviating, np.zeros_like(unknowns.lower))
+    unknowns = unknowns.fixed_at(deviating, np.zeros_like(unknowns.lower))
     endless = np.full_like(unknowns.lower, np.inf)
     free = replace(unknowns, lower=-endless, upper=endless)
     eta = free.coordinate(local[:, unknowns.shared])[:, deviating]

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from fibrefit.core.errors import DataError
+from fibrefit.core.matrices import correlation_matrix
 from fibrefit.core.paths import read_plain_file, shown_path
-from fibrefit.problem.statement.matrices import correlation_matrix
 from fibrefit.study.summaries.discovery import DistinguishSummary, PlanSummary
 from fibrefit.study.summaries.part import Z_95, Part
 from fibrefit.study.summaries.results import SweepSummary

@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from fibrefit.core.matrices import correlation_matrix
 from fibrefit.fitting.checks import BOUNDS
 from fibrefit.fitting.result import Gap, Identification, Starts, total
 from fibrefit.problem.statement.layout import Belief
-from fibrefit.problem.statement.matrices import correlation_matrix
-from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.records import Record
 from fibrefit.report.sentences.fit import (
@@ -41,6 +40,7 @@ from fibrefit.study.summaries.results import (
 )
 from fibrefit.study.summaries.results import Gap as GapSummary
 from fibrefit.workflow.groups_in_common import (
+    BY_SAMPLE,
     conditions_group,
     motion_group,
     observed_group,

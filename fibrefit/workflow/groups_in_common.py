@@ -10,9 +10,11 @@ import numpy as np
 from fibrefit.core.declarations import PHASES, STATES, TURNING
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.diagnose.motion import Motion
-from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.store.hdf5 import Variable
+
+BY_SAMPLE = ("record", "sample")
+"""Dimensions of what every sample has."""
 
 
 def names_of_records(problem: Problem) -> dict[str, Variable]:
@@ -87,7 +89,7 @@ def reading_errors(found: Identification) -> dict[str, Variable]:
     reading's noise. The noise is there that of the quietest reading.
     """
     layout = found.problem.layout
-    linear, _ = found.problem.followed(layout.local(np.asarray(found.values)))
+    linear, _ = found.problem.evaluate(layout.local(np.asarray(found.values)))
     slopes, columns = np.asarray(linear.slopes), np.asarray(layout.local_columns)
     # A value that is held in a record has a place beyond the last one.
     covariance = np.pad(found.covariance, (0, 1))

@@ -11,9 +11,8 @@ from fibrefit.core.programs import bound_programs
 from fibrefit.laws.catalogue import select_effects
 from fibrefit.laws.families import goes_by_place
 from fibrefit.laws.law import Effect
-from fibrefit.problem.diagnose.channels import refuse_misread, refuse_turned
-from fibrefit.problem.formulate.formulate import formulate, formulate_planned, stated_of
-from fibrefit.problem.formulate.traces import trace_of
+from fibrefit.problem.diagnose.channels import refuse_contradictory
+from fibrefit.problem.formulation import formulate, formulate_planned, stated_numbers, trace_of
 from fibrefit.problem.task import Task
 from fibrefit.records import Record, joined, read_record, side_by_side
 from fibrefit.records.copies import first_copy
@@ -203,12 +202,11 @@ def refused_by_rig(study: Study, record: Any, parts: Sequence[Record]) -> str:
     """
     try:
         rig = _rig(study)
-        trace = trace_of(_whole(record, parts), rig, stated_of(record))
+        trace = trace_of(_whole(record, parts), rig, stated_numbers(record))
     except FibrefitError:
         return ""
     try:
-        refuse_turned([trace], rig)
-        refuse_misread([trace], rig, study.model.effects)
+        refuse_contradictory([trace], rig, study.model.effects)
     except DataError as error:
         return str(error)
     return ""

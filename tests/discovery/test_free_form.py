@@ -45,7 +45,7 @@ from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.ports import PORTS
-from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.formulation import formulate
 from fibrefit.problem.inputs.errors_in_variables import input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import sensitivities_of
 from fibrefit.problem.noise.spectrum import Noise

@@ -116,7 +116,7 @@ def test_a_further_record_rests_at_first_and_is_under_the_conditions_it_names(ca
         data, values = records_of(problem, local, batch)
         experiment = data.experiment
         there = eqx.tree_at(lambda p: p.observations, problem, data)
-        moved = there.moved_at(jnp.asarray(values))
+        moved = there.trajectories_at(jnp.asarray(values))
         place = np.asarray(moved.states.position)
         for r, choice in enumerate(batch):
             row = dict(zip(names, values[r], strict=True))
@@ -151,7 +151,7 @@ def test_a_weight_under_the_tension_of_a_lighter_one_would_not_rest(tmp_path: Pa
     assert values[0, column] > 1.5 * local[0, column]
     values[:, column] = local[0, column]
     there = eqx.tree_at(lambda p: p.observations, problem, data)
-    place = np.asarray(there.moved_at(jnp.asarray(values)).states.position)[0]
+    place = np.asarray(there.trajectories_at(jnp.asarray(values)).states.position)[0]
     assert np.ptp(place[np.asarray(data.experiment.times)[0] < first_motion(there, 0)]) > 1e3 * STILL
 
 
@@ -210,7 +210,7 @@ def test_a_slower_drive_comes_to_its_end_and_its_weight_with_it(tmp_path: Path) 
     there = eqx.tree_at(lambda p: p.observations, problem, data)
     end = int(np.asarray(problem.observations.experiment.count)[1]) - 1
     drive = np.asarray(problem.observations.experiment.inputs["drive"].values)[1, : end + 1]
-    slow = np.asarray(there.moved_at(jnp.asarray(values)).states.position)[0, : end + 1]
+    slow = np.asarray(there.trajectories_at(jnp.asarray(values)).states.position)[0, : end + 1]
     assert np.ptp(slow) == pytest.approx(np.ptp(drive), rel=0.1)
 
 

@@ -239,7 +239,7 @@ def test_a_record_by_itself_is_followed_from_the_minimum_that_leaves_noise(
 
     # A third is not looked at where the second leaves noise; where none does, the lowest counts.
     for record, left, noise in ((1, 1.05, True), (2, 1.3, False)):
-        end = rescue._end(task.alone(record), ends)
+        end = rescue._end(task.of_record(record), ends)
         assert end is not None
         assert (end.gap, end.is_noise) == (left, noise)
     assert len(asked) == len(names)
@@ -256,7 +256,7 @@ def test_a_task_of_one_record_sees_what_that_of_all_sees_there(tmp_path: Path) -
         assert task.problem.layout.entries[0][0].shared
         whole = np.asarray(task.problem.linearised(task.start).residuals)
         for record in (0, 3):
-            one = task.alone(record)
+            one = task.of_record(record)
             assert one.traces == (task.traces[record],)
             assert np.allclose(np.asarray(one.problem.linearised(one.start).residuals)[0], whole[record])
 

@@ -27,10 +27,10 @@ from fibrefit.discovery.engine.supermodel import (
 from fibrefit.discovery.search.inputs import coefficients_of
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
-from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.formulation import formulate
 from fibrefit.problem.inputs.errors_in_variables import expanded, input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import sensitivities_of, weighted_sensitivities, without_input_errors
-from fibrefit.problem.linear_model.view import beyond_inputs
+from fibrefit.problem.linear_model.view import with_best_input_errors
 from fibrefit.problem.noise.coloured import BlockFilter
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
@@ -218,7 +218,7 @@ def test_a_change_that_errors_of_the_input_make_good_is_in_no_reading(task: Task
     assert plain is not None
     shape = (1, 1, *np.asarray(task.problem.linearised_at(task.problem.layout.local(task.start)).residuals).shape[1:])
     strong = plain.records[0].imitated(1e3 * np.eye(len(plain.records[0].rows))[:1], int(np.prod(shape))).reshape(shape)
-    left = beyond_inputs(strong, strong, plain, plain)
+    left = with_best_input_errors(strong, strong, plain, plain)
     power = float(np.sum((strong / 1e3) ** 2))
     # Of a change along one direction a share of 1 / (1 + its power) is left.
     np.testing.assert_allclose(left, strong / (1.0 + power), rtol=SINGLE, atol=SINGLE * np.abs(strong).max())
@@ -227,7 +227,9 @@ def test_a_change_that_errors_of_the_input_make_good_is_in_no_reading(task: Task
     every = plain.records[0].imitated(np.eye(len(plain.records[0].rows)), strong.size)
     other = np.random.default_rng(1).standard_normal(strong.size)
     other = (other - every.T @ np.linalg.lstsq(every.T, other, rcond=None)[0]).reshape(shape)
-    np.testing.assert_allclose(beyond_inputs(other, other, plain, plain), other, atol=SINGLE * np.abs(other).max())
+    np.testing.assert_allclose(
+        with_best_input_errors(other, other, plain, plain), other, atol=SINGLE * np.abs(other).max()
+    )
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ import numpy as np
 from fibrefit.fitting.checks import check
 from fibrefit.fitting.residuals import phases, spectrum, states
 from fibrefit.problem.diagnose.motion import ResidualSet
-from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.formulation import formulate
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Experiment, Model

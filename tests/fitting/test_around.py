@@ -14,7 +14,7 @@ from fibrefit.fitting.search import rescue as around
 from fibrefit.fitting.search.rescue import rough_errors, searched_nearby
 from fibrefit.fitting.search.solve import FOR_A_HORIZON, TO_THE_END, Descent, Stopping, gram_at
 from fibrefit.fitting.search.starts import STARTS_AT_ONCE, collected, latin_hypercube_starts, search
-from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.formulation import formulate
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from fibrefit.problem.estimate.evidence import FURTHER, LEVELS, MarginalLikelihood, grid_over, usual_axes
+from fibrefit.problem.estimate.evidence import EXTENSION, SIGMA_LEVELS, MarginalLikelihood, grid_over, usual_axes
 from fibrefit.report.sentences.fit import fit_checks
 from fibrefit.study.summaries.check import Check, status_by
 from tests.problem.test_population import RECORDS, weighed
@@ -55,10 +55,10 @@ def test_records_that_say_nothing_leave_the_last_level_what_it_was() -> None:
     said: Any = SimpleNamespace(grid=grid, weight=np.exp(prior), prior=prior)
     ratios = MarginalLikelihood.last_level_ratios.fget(said)  # type: ignore[attr-defined]
     np.testing.assert_allclose(ratios, 1.0)
-    assert grid.max(axis=0).tolist() == [LEVELS[-1], FURTHER[-1], LEVELS[-1]]
+    assert grid.max(axis=0).tolist() == [SIGMA_LEVELS[-1], EXTENSION[-1], SIGMA_LEVELS[-1]]
 
 
 @pytest.mark.parametrize("sd", [0.06, 0.15])
 def test_no_standard_deviation_is_larger_than_its_prior_has_them(sd: float) -> None:
     low, high = weighed(sd * APART).between_records()["stiffness"].interval_95
-    assert low < high <= LEVELS[-1] * (1.0 + 1e-12)
+    assert low < high <= SIGMA_LEVELS[-1] * (1.0 + 1e-12)

@@ -138,7 +138,7 @@ def test_the_value_that_its_error_bar_reaches_furthest_round_is_the_doubtful_one
 def test_what_the_model_lacks_brings_no_value_to_a_limit() -> None:
     """A value in the middle of its range is told as not determined, however wide its bars become."""
     slot = SimpleNamespace(name="friction", unit="N", range=Range(0.0, 1000.0, 10.0), belief=None)
-    problem = SimpleNamespace(layout=SimpleNamespace(entries=((slot, None),), slots=(), records=(), believed=()))
+    problem = SimpleNamespace(layout=SimpleNamespace(entries=((slot, None),), slots=(), records=(), beliefs=()))
     narrow, wide = np.array([[400.0]]), np.array([[1e10]])
     told = {
         value: estimates(problem, np.array([value]), ErrorBars({"white": narrow, METHOD: wide}, METHOD, "white"))[

@@ -275,7 +275,7 @@ def test_a_profile_beside_a_prior_is_the_interval_that_is_reported(
     problem: Any = SimpleNamespace(
         layout=layout,
         n_measured=500,
-        followed=lambda local: (linear, None),
+        evaluate=lambda local: (linear, None),
         observations=SimpleNamespace(experiment=SimpleNamespace(count=np.array([500]))),
     )
     cost, own = plain_cost(problem, best, 0, np.ones(2), np.array([[500]]))

@@ -12,8 +12,8 @@ import pytest
 
 from fibrefit.fitting.checks import check as judged
 from fibrefit.fitting.residuals import readings_at_rest, spectrum
+from fibrefit.problem import formulation
 from fibrefit.problem.diagnose.motion import Motion, ResidualSet
-from fibrefit.problem.formulate import formulate
 from fibrefit.problem.noise.readings import largest_load, louder_under_load
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import noise_of_residuals
@@ -112,7 +112,7 @@ def test_noise_grows_with_the_load_from_what_is_stated(
     drops: list[made.Made], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where readings show that it doubles up to the largest load."""
-    monkeypatch.setattr(formulate, "growth_with_load", lambda traces, channel: 1.0)
+    monkeypatch.setattr(formulation, "growth_with_load", lambda traces, channel: 1.0)
     weight = np.asarray(made.task(tmp_path, drops, more=STATED).problem.observations.weight["force"])
     noise = 1.0 / weight[:, :SAMPLES]
     assert noise.min() == pytest.approx(made.NOISE["force"], rel=0.01)
@@ -123,7 +123,7 @@ def test_what_rests_show_has_grown_with_their_load(
     drops: list[made.Made], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A weight that hangs at rest: readings there are as noisy as they are, and those without load less."""
-    monkeypatch.setattr(formulate, "growth_with_load", lambda traces, channel: 1.0)
+    monkeypatch.setattr(formulation, "growth_with_load", lambda traces, channel: 1.0)
     task = made.task(tmp_path, drops)
     weight = np.asarray(task.problem.observations.weight["force"])
     still = [1.0 / weight[r, : len(t.times)][rest] for r, t in enumerate(task.traces) for rest in rests(t)]

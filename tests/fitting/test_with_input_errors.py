@@ -25,7 +25,7 @@ from fibrefit.fitting.search.optimum import (
     with_input_errors,
 )
 from fibrefit.fitting.search.starts import HorizonSchedule
-from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.formulation import formulate
 from fibrefit.problem.inputs.errors_in_variables import error_rms, expanded, input_errors, no_errors
 from fibrefit.problem.inputs.sensitivities import weighted_sensitivities
 from fibrefit.rigs.catalogue import RIGS

@@ -95,7 +95,7 @@ def test_inverse_dynamics_knows_conditions_as_laws_correct_them(tmp_path: Path) 
     task = task_of(load_study(made.study(tmp_path, text)))
     names = task.problem.layout.names
     local = np.where(np.array(names) == "study.gain.error", 0.2, 1.0)
-    system, _ = newton._system(task, local, 0)
+    system, _ = newton._system(task, task.traces[0], local)
     assert float(system.gain) == pytest.approx(0.9 * 1.2, rel=1e-12)
 
 

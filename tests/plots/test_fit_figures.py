@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from PIL import Image, ImageColor
 
 from fibrefit.core.declarations import HELD, LOADING, REST, SLACK, UNLOADING
+from fibrefit.core.matrices import correlation_matrix
 from fibrefit.fitting.result import Identification, Starts
 from fibrefit.plots.certainty import correlation_figure
 from fibrefit.plots.fit import MOST_RECORDS, fit_figures
@@ -26,7 +27,6 @@ from fibrefit.plots.shrink import small_png
 from fibrefit.plots.snaps import first_contact
 from fibrefit.plots.starts import starts_figure
 from fibrefit.plots.style import VERMILLION, caption_of
-from fibrefit.problem.statement.matrices import correlation_matrix
 from fibrefit.problem.task import Task
 from fibrefit.store import read_result, write_result
 from fibrefit.study.summaries.check import SIZE, Check

@@ -9,9 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.core.declarations import SLACK
 from fibrefit.fitting.checks import beyond_chance, check
 from fibrefit.problem.diagnose import newton
-from fibrefit.problem.diagnose.motion import SLACK, Motion
+from fibrefit.problem.diagnose.motion import Motion
 from fibrefit.problem.diagnose.newton import Gravity
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem

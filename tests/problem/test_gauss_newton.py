@@ -12,7 +12,7 @@ from scipy.optimize import least_squares, lsq_linear
 
 from fibrefit.problem.estimate.gauss_newton import (
     MODE_TOLERANCE,
-    NOTICED,
+    NOTICEABLE_FALL,
     SHORTEST_STEP,
     DampedStep,
     Effort,
@@ -345,7 +345,7 @@ def test_what_creeps_is_left_and_what_is_worth_nothing_given_up() -> None:
 
     ends = [mode(of, begun(of), misled, nothing, effort=effort) for effort in (Effort(), Effort(patience=5))]
     assert ends[0].steps > ends[1].steps >= 6
-    assert ends[1].objective - ends[0].objective < ends[0].steps / 5 * NOTICED
+    assert ends[1].objective - ends[0].objective < ends[0].steps / 5 * NOTICEABLE_FALL
     given_up = Effort(patience=5, worthless=ends[1].objective - 1.0)
     assert mode(of, begun(of), misled, nothing, effort=given_up).steps == 6
     # So is what gains little beside what it has gained so far, and more of what has gained nothing yet is waited for.

@@ -67,7 +67,7 @@ def seen_of(records: Records) -> View:
     def followed(local: np.ndarray) -> tuple[Linearised, None]:
         return Linearised(records.residuals(local, records.about), slopes), None
 
-    problem = SimpleNamespace(followed=followed, layout=SimpleNamespace(local_free=(0, 1, 2)))
+    problem = SimpleNamespace(evaluate=followed, layout=SimpleNamespace(local_free=(0, 1, 2)))
     return View(cast(Any, problem), whitening, whitened_sensitivities(raw, whitening), raw)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.limits import OutOfTimeError, time_limit
-from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.formulation import formulate
 from fibrefit.problem.inputs.errors_in_variables import (
     COSINES,
     InputErrors,

@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fibrefit.core.arrays import assembled, gathered
 from fibrefit.core.fingerprint import fingerprint
-from fibrefit.problem.statement.layout import Layout, Range, Slot, assembled, gathered
-from fibrefit.problem.statement.matrices import least_squares
+from fibrefit.core.matrices import least_squares
+from fibrefit.problem.statement.layout import Layout, Range, Slot
 
 RECORDS = ("a.csv", "b.csv", "c.csv")
 FREE = Range(-np.inf, np.inf, 1.0)
@@ -40,7 +41,7 @@ def test_every_record_gets_the_value_that_bears_its_name(layout: Layout) -> None
     named = dict(zip(layout.free_names, values, strict=True))
     for r, record in enumerate(RECORDS):
         for j, slot in enumerate(layout.slots):
-            held = slot.held(r)
+            held = slot.fixed_in(r)
             name = slot.name if slot.shared else f"{slot.name}[{record}]"
             assert local[r, j] == (named[name] if held is None else held)
 

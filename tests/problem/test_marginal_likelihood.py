@@ -16,13 +16,13 @@ from fibrefit.problem.estimate import evidence as weighing
 from fibrefit.problem.estimate.evidence import (
     AGREE,
     ALONE,
-    FEW_LEVELS,
-    LEVELS,
+    FEW_SIGMA_LEVELS,
     MANY,
+    SIGMA_LEVELS,
     UNIFORM_TO,
     MarginalLikelihood,
     _inside_bounds,
-    kept_inside,
+    conditioned_on_bounds,
     laplace_evidence,
 )
 from fibrefit.problem.estimate.gauss_newton import Effort, mode
@@ -76,9 +76,9 @@ def test_a_model_without_parameters_that_deviate_has_an_evidence() -> None:
 
 def prior(sigma: np.ndarray) -> float:
     """Probability beforehand of a point of the grid."""
-    some = np.array(LEVELS[1:])
+    some = np.array(SIGMA_LEVELS[1:])
     each = np.gradient(np.log(some)) * np.minimum(some / UNIFORM_TO, 1.0)
-    each = dict(zip(LEVELS, [ALONE, *((1.0 - ALONE) * each / each.sum())], strict=True))
+    each = dict(zip(SIGMA_LEVELS, [ALONE, *((1.0 - ALONE) * each / each.sum())], strict=True))
     apart = np.prod([each[float(level)] for level in sigma]) / (1.0 - ALONE ** len(sigma))
     return float((1.0 - AGREE) * apart) if sigma.any() else AGREE
 
@@ -91,7 +91,7 @@ def test_evidence_of_a_linear_model_is_exact_for_each_scatter_and_for_all(scatte
     linear = Linear.drawn(1, TRUTH, scatter=0.05, records=records, loud=10.0)
     found = weighed(linear, of)
     grid, n = found.grid, len(scattering)
-    assert grid.shape == (len(LEVELS) ** n, n)
+    assert grid.shape == (len(SIGMA_LEVELS) ** n, n)
     priors = np.log([prior(sigma) for sigma in grid])
     assert logsumexp(priors) == pytest.approx(0.0, abs=1e-12)
     logs = np.array([exact(linear, of, sigma) for sigma in grid]) + priors
@@ -232,7 +232,7 @@ def _by_quadrature(linear: Linear, of: Unknowns, low: float, high: float) -> flo
 def prior_draw(random: np.random.Generator, of: Unknowns, loud: float = 20.0) -> tuple[Linear, np.ndarray, float]:
     """Records of a truth and a scatter drawn from what is believed beforehand."""
     z = of.mean + np.linalg.cholesky(np.linalg.inv(of.precision)) @ random.standard_normal(3)
-    sigma = 0.0 if random.random() < AGREE else float(random.choice(LEVELS[1:]))
+    sigma = 0.0 if random.random() < AGREE else float(random.choice(SIGMA_LEVELS[1:]))
     return Linear.drawn(int(random.integers(1 << 30)), z, sigma, loud=loud), z, sigma
 
 
@@ -267,11 +267,11 @@ def test_the_probability_that_records_agree_is_one(drawn: list) -> None:
 def test_levels_and_their_probabilities(drawn: list) -> None:
     for found, _, _ in drawn[:20]:
         levels, probability = found.levels(0)
-        np.testing.assert_array_equal(levels, LEVELS)
+        np.testing.assert_array_equal(levels, SIGMA_LEVELS)
         assert probability.sum() == pytest.approx(1.0)
         assert found.agree(0) == probability[0]
     # Scatter of eight percent is told from none, where each record knows its value to a percent.
-    widest = [found.levels(0) for found, _, sigma in drawn if sigma == LEVELS[-1]]
+    widest = [found.levels(0) for found, _, sigma in drawn if sigma == SIGMA_LEVELS[-1]]
     assert np.mean([probability[levels >= 0.03].sum() for levels, probability in widest]) > 0.8
 
 
@@ -292,8 +292,8 @@ def test_many_deviating_parameters_have_a_coarser_grid() -> None:
     place = begun(many)
     normal = Arrowhead.at(many, place, lambda local, columns, targets: np.einsum("rij->rij", _grams(len(columns))))
     found = MarginalLikelihood.of(PosteriorMode(many, place, normal, np.full(4, 0.004), np.inf, 1))
-    assert set(np.unique(found.grid)) == set(FEW_LEVELS)
-    assert len(found.grid) == len(FEW_LEVELS) ** 4
+    assert set(np.unique(found.grid)) == set(FEW_SIGMA_LEVELS)
+    assert len(found.grid) == len(FEW_SIGMA_LEVELS) ** 4
 
 
 def _grams(columns: int) -> np.ndarray:
@@ -370,7 +370,7 @@ def test_what_lies_beyond_a_bound_takes_the_others_along() -> None:
     precision = root @ root.T
     bounds: Any = SimpleNamespace(lower=np.array([-np.inf, 0.0, -np.inf]), upper=np.array([np.inf, np.inf, 9.0]))
     z = np.array([[1.0, -2.0, 3.0], [1.0, 2.0, 3.0]])
-    found = kept_inside(bounds, z, np.repeat(np.linalg.inv(precision)[None], 2, axis=0))
+    found = conditioned_on_bounds(bounds, z, np.repeat(np.linalg.inv(precision)[None], 2, axis=0))
     others = np.array([0, 2])
     # The highest place with the second at zero, from the normal equations of the others alone.
     pull = precision[np.ix_(others, [1])][:, 0] * 2.0

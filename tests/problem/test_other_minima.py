@@ -7,14 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from fibrefit.problem.estimate.gauss_newton import (
-    FAR_BELOW,
-    FIRST_SIGMA,
-    better_minima,
-    beyond_the_parabola,
-    costs_of,
-    mode,
-)
+from fibrefit.problem.estimate.gauss_newton import FAR_BELOW, FIRST_SIGMA, better_minima, beyond_the_parabola, mode
 from fibrefit.problem.linear_model.normal_equations import PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Gram, Place
 from tests.problem.toys import REFERENCE, Linear, begun, gram_of, unknowns
@@ -118,7 +111,7 @@ def test_costs_of_records_and_what_is_believed_of_what_they_share_are_all_of_q()
     linear, of = Linear.drawn(5, TRUTH, scatter=0.01, loud=LOUD), unknowns()
     found = mode(of, begun(of), linear.gram, SIGMA)
     away = found.place.z - of.mean
-    assert costs_of(found).sum() + away @ of.precision @ away == pytest.approx(found.objective)
+    assert found.record_costs().sum() + away @ of.precision @ away == pytest.approx(found.objective)
 
 
 @pytest.mark.parametrize(("share", "begun_anew"), [(0.75, True), (0.85, False), (-1.0, True)])

@@ -10,19 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.problem.diagnose.motion import (
-    FORWARDS,
-    LOADING,
-    REST,
-    SLACK,
-    STICKING,
-    UNLOADING,
-    Motion,
-    _known,
-    _phase,
-    moves,
-)
-from fibrefit.problem.statement.problem import Moved
+from fibrefit.core.declarations import FORWARDS, LOADING, REST, SLACK, STICKING, UNLOADING
+from fibrefit.problem.diagnose.motion import Motion, _known, _phase, moves
+from fibrefit.problem.statement.problem import Trajectories
 from fibrefit.problem.task import Task
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
@@ -144,7 +134,7 @@ def test_of_two_fibres_the_one_that_is_stretched_more_counts() -> None:
     first = np.array([[3.0, 1.0, -1.0]]), np.array([[1.0, 1.0, 1.0]])
     second = np.array([[-1.0, 2.0, 4.0]]), np.array([[-1.0, -1.0, -1.0]])
     modes = SimpleNamespace(fibre_1=np.array([[1, 1, 0]]), fibre_2=np.array([[0, 1, 0]]))
-    known = _known(Moved(forces, states, modes, np.zeros(1, dtype=bool), (first, second)))
+    known = _known(Trajectories(forces, states, modes, np.zeros(1, dtype=bool), (first, second)))
     assert known["stretch"].tolist() == [[3.0, 2.0, 4.0]]
     assert known["stretch rate"].tolist() == [[1.0, -1.0, -1.0]]
     assert known["tension"].tolist() == [[5.0, 2.0, 7.0]]

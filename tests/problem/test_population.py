@@ -11,7 +11,7 @@ from scipy.stats import norm, t
 from fibrefit.problem.estimate import evidence as weighing
 from fibrefit.problem.estimate.evidence import mixture_quantile
 from fibrefit.problem.linear_model.unknowns import Unknowns
-from fibrefit.problem.linear_model.view import spread_about
+from fibrefit.problem.linear_model.view import antithetic_draws
 
 RECORDS = 5
 ERROR = 1e-5
@@ -126,7 +126,7 @@ def test_what_a_fit_takes_of_slow_noise_is_put_back() -> None:
         noise = np.fft.irfft((wave[0] + 1j * wave[1]) * size * np.sqrt(0.5), count, norm="ortho")
         left = noise - waves @ (posterior @ (waves.T @ (weight @ noise)))
         power = [np.abs(np.fft.rfft(x, norm="ortho")[..., low]) ** 2 for x in (noise, left)]
-        spread = np.abs(np.fft.rfft(spread_about(left[None, None, None], moved), norm="ortho")[..., low]) ** 2
+        spread = np.abs(np.fft.rfft(antithetic_draws(left[None, None, None], moved), norm="ortho")[..., low]) ** 2
         true, taken, whole = true + power[0], taken + power[1], whole + spread.mean(axis=0)[0, 0]
     assert np.mean(taken / true) < 0.6
     np.testing.assert_allclose(whole / true, 1.0, rtol=0.15)

@@ -9,9 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fibrefit.core.arrays import gram_root
 from fibrefit.fitting.search.solve import compressed_residuals, gram_at, linearised
 from fibrefit.laws.catalogue import find_effect
-from fibrefit.problem.statement.problem import Problem, gram_root, nearest_side
+from fibrefit.problem.statement.problem import Problem, nearest_side
 from fibrefit.problem.task import Task
 from tests.fitting import made
 
@@ -43,15 +44,15 @@ def test_gram_is_that_of_the_whole_jacobian(task: Task, jacobian: tuple) -> None
 
 def test_what_was_said_of_a_place_is_said_of_no_other_place_and_no_other_problem(task: Task) -> None:
     problem, local = task.problem, np.asarray(task.problem.layout.local(task.start))
-    there = problem.followed(local)
-    assert problem.followed(local.copy()) is there
-    moved = problem.followed(1.01 * local)
+    there = problem.evaluate(local)
+    assert problem.evaluate(local.copy()) is there
+    moved = problem.evaluate(1.01 * local)
     assert not np.array_equal(moved[0].residuals, there[0].residuals)
     short = problem.until(np.asarray(problem.observations.experiment.count) // 2)
-    problem.followed(local)
-    cut, whole = short.followed(local)[0].residuals, problem.followed_at(local)[0].residuals
+    problem.evaluate(local)
+    cut, whole = short.evaluate(local)[0].residuals, problem.evaluate_at(local)[0].residuals
     assert np.count_nonzero(cut) < np.count_nonzero(whole)
-    np.testing.assert_array_equal(problem.followed(local)[0].residuals, whole)
+    np.testing.assert_array_equal(problem.evaluate(local)[0].residuals, whole)
 
 
 def test_slopes_are_differences(task: Task, jacobian: tuple) -> None:

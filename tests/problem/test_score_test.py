@@ -38,7 +38,7 @@ def test_unknowns_give_way_to_a_direction_as_a_search_beside_it_says() -> None:
 
     def best(strength: float) -> Place:
         z = np.array([0.0, 0.0, strength])
-        held = whole.holding(2, z)
+        held = whole.fixed_at(2, z)
         start = Place(z, np.zeros((4, 2)), np.zeros((4, 1)), rest)
         return mode(held, start, gram, SIGMA, 1e-12).place
 

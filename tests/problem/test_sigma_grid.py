@@ -12,8 +12,8 @@ from scipy.stats import chi2, t
 from fibrefit.problem.estimate import evidence as weighing
 from fibrefit.problem.estimate.evidence import (
     ALONE,
-    LEVELS,
     MOST_POINTS,
+    SIGMA_LEVELS,
     MarginalLikelihood,
     SigmaAxis,
     finest_step,
@@ -66,9 +66,9 @@ def test_five_records_ask_for_the_usual_levels_where_these_are_a_factor_of_two_a
 def test_halving_keeps_what_was_known_beforehand() -> None:
     (axis,) = usual_axes(1)
     assert axis.shares.sum() == pytest.approx(1.0)
-    everywhere = np.ones(len(LEVELS))
+    everywhere = np.ones(len(SIGMA_LEVELS))
     once = axis.halved(everywhere, 0.01)
-    assert len(once.levels) == 2 * len(LEVELS) - 2
+    assert len(once.levels) == 2 * len(SIGMA_LEVELS) - 2
     assert once.widths.sum() == pytest.approx(axis.widths.sum())
     assert once.shares.sum() == pytest.approx(1.0, abs=0.03)
     assert once.shares[0] == ALONE
@@ -82,7 +82,7 @@ def test_halving_keeps_what_was_known_beforehand() -> None:
 
 def test_levels_without_weight_go_but_for_the_first_and_the_last() -> None:
     (axis,) = usual_axes(1)
-    weight = np.where(np.array(LEVELS) == 0.008, 1.0, 1e-12)
+    weight = np.where(np.array(SIGMA_LEVELS) == 0.008, 1.0, 1e-12)
     found = axis.halved(weight, 0.3).levels
     np.testing.assert_allclose(found, [0.0, 0.004, np.sqrt(0.004 * 0.008), 0.008, np.sqrt(0.008 * 0.016), 0.016, 0.08])
     assert axis.halved(weight, 0.7) is axis

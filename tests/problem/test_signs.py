@@ -16,8 +16,7 @@ import fibrefit
 from fibrefit.core.errors import DataError
 from fibrefit.problem.diagnose import channels
 from fibrefit.problem.diagnose.channels import GRAVITY, Sense, refuse_turned, senses_of, turned_channels
-from fibrefit.problem.formulate.formulate import stated_of
-from fibrefit.problem.formulate.traces import trace_of
+from fibrefit.problem.formulation import stated_numbers, trace_of
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.rigs.rig import Rig
 from fibrefit.rigs.signals.trace import Trace
@@ -86,7 +85,7 @@ def shipped(name: str) -> tuple[Rig, list[Trace]]:
     study = load_study(CONFIGS / name)
     rig = rig_of(study.kind)
     read = zip(read_records(study), study.records, strict=True)
-    return rig, [trace_of(record, rig, stated_of(stated)) for record, stated in read]
+    return rig, [trace_of(record, rig, stated_numbers(stated)) for record, stated in read]
 
 
 def test_what_was_turned_is_named_and_nothing_else(records: tuple[Rig, list[Trace]]) -> None:

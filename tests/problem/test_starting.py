@@ -238,7 +238,7 @@ def test_a_condition_the_rig_needs_is_asked_for(tmp_path: Path) -> None:
     text = (tmp_path / "study.toml").read_text(encoding="utf-8").replace('inclination = "90 deg"', "")
     (tmp_path / "study.toml").write_text(text, encoding="utf-8")
     with pytest.raises(StudyError, match="inclination"):
-        from fibrefit.problem.formulate.formulate import formulate
+        from fibrefit.problem.formulation import formulate
         from fibrefit.rigs.catalogue import RIGS
         from fibrefit.simulation.model import Model
 

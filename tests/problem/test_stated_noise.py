@@ -12,7 +12,7 @@ import pytest
 
 from fibrefit.core.declarations import ROLES, USUAL_NOISE
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.formulate.formulate import formulate
+from fibrefit.problem.formulation import formulate
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import Study, load_study
@@ -93,4 +93,4 @@ def test_a_zero_of_the_position_that_a_study_states_is_held_on_a_drive_too(tmp_p
     stated = drive.records[0].model_copy(update={"position_zero": 1.5e-4})
     task = task_of(drive.model_copy(update={"records": (stated, *drive.records[1:2])}))
     (slot,) = (one for one in task.problem.layout.slots if one.name == "position_zero")
-    assert (slot.held(0), slot.held(1)) == (1.5e-4, None)
+    assert (slot.fixed_in(0), slot.fixed_in(1)) == (1.5e-4, None)

@@ -10,15 +10,14 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.problem import thresholds
+from fibrefit.problem import formulation, thresholds
 from fibrefit.problem.diagnose import channels, motion, newton
 from fibrefit.problem.diagnose.channels import roughness
 from fibrefit.problem.diagnose.motion import moves
 from fibrefit.problem.diagnose.newton import ForceBalance
 from fibrefit.problem.estimate import evidence, gls
-from fibrefit.problem.estimate.evidence import FURTHER, grid_over, usual_axes
+from fibrefit.problem.estimate.evidence import EXTENSION, grid_over, usual_axes
 from fibrefit.problem.estimate.gls import HausmanTest
-from fibrefit.problem.formulate import traces
 from fibrefit.problem.inputs import errors_in_variables, smoothing
 from fibrefit.problem.linear_model import unknowns
 from fibrefit.problem.noise import readings, whittle
@@ -213,9 +212,9 @@ def read_often(samples: float) -> bool:
         name="a", time=np.arange(100) / 1000.0, rate=1000.0, uniform=True, channels={"force": force}
     )
     rig: Any = SimpleNamespace(kind="a", measured=("force",), channels=("force",), inputs=(), derived=(), anchor=None)
-    with patch.object(traces, "conditions_of", lambda *_: {}):
+    with patch.object(formulation, "conditions_of", lambda *_: {}):
         try:
-            traces.trace_of(record, rig, {})
+            formulation.trace_of(record, rig, {})
         except DataError:
             return False
     return True
@@ -280,7 +279,7 @@ def ending(told: float) -> evidence.MarginalLikelihood:
     """Evidence of records that make the last level so many times as probable as beforehand, of three parameters."""
     axes = usual_axes(3, (0,))
     grid, prior = grid_over(axes)
-    last = grid[:, 0] == FURTHER[-1]
+    last = grid[:, 0] == EXTENSION[-1]
     share = np.exp(prior)[last].sum()
     logs = prior + np.where(last, np.log(told * (1.0 - share) / (1.0 - told * share)), 0.0)
     columns: Any = SimpleNamespace(names=("stiffness", "damping", "friction"), scattering=np.arange(3))
@@ -298,27 +297,25 @@ def within(told: float) -> bool:
 
 
 CASES = (
-    Bracket("END_TOLD", evidence, lambda x: not ending(x).beyond_levels, 1.5, 2.5),
-    Bracket("END_TOLD", evidence, within, 1.5, 2.5),
+    Bracket("LAST_LEVEL_RATIO", evidence, lambda x: not ending(x).beyond_levels, 1.5, 2.5),
+    Bracket("LAST_LEVEL_RATIO", evidence, within, 1.5, 2.5),
     Bracket("BESIDE_MAINS", readings, of_mains, 3.0, 6.0),
     Bracket("FEW_MASKED", readings, told_though_masked, 0.04, 0.07),
     Bracket("LINE_WIDTH", errors_in_variables, line_reaches, 0.8, 1.4),
     Bracket("COARSE_STEPS", readings, coarse, 0.4, 0.7),
     Bracket("CROSSED", readings, crossing, 3.0, 2.0),
-    Bracket("NOT_LOGARITHMIC", unknowns, lambda x: unknowns._row(MASS, 1.0, x)[0], 0.15, 0.3),
+    Bracket("PROVEN_FACTOR", unknowns, lambda x: unknowns._row(MASS, 1.0, 1.0 / x)[0], 7.0, 4.0),
     Bracket("WIDE_PRIOR", prior, uniform, 15.0, 30.0),
     Bracket("MISREAD", channels, lambda x: not channels.is_off(x, 0.01), 1.2, 1.3),
     Bracket("PROVEN_FACTOR", channels, lambda x: not channels.is_off(2.0, 1.0 / x), 4.0, 6.0),
-    Bracket("HOLDS", channels, lambda x: not believed(x), 0.4, 0.7),
     Bracket("TELLS_A_SIGN", channels, sign_told, 0.14, 0.07),
-    Bracket("NO_OFFSET", channels, weighing, 0.7, 0.35),
-    Bracket("ZERO_KNOWN", channels, levelled, 0.06, 0.04),
+    Bracket("CARRIES_LOAD", channels, levelled, 0.06, 0.04),
     Bracket("FOLLOWS", channels, leading, 0.5, 0.3),
     Bracket("CARRIES_LOAD", newton, loaded, 0.035, 0.07),
     Bracket("SHORTEST_CONTACT", newton, touching, 30, 18),
     Bracket("SHORTEST_FLIGHT", newton, flying, 12, 9),
     Bracket("CREEPS", motion, driven, 0.03, 0.014),
-    Bracket("FEWEST_SPANS", channels, smooth, 20, 12),
+    Bracket("FEWEST_READINGS", channels, smooth, 20, 12),
     Bracket("LINE_BY_CHANCE", whittle, line, 18.6, 18.2),
     Bracket("SLOWEST_LINE", whittle, lambda x: line(30.0, int(x)), 25, 15),
     Bracket("CLEAR", whittle, clear, 4.0, 2.0),
@@ -332,13 +329,21 @@ CASES = (
         1 / 0.0013,
         1 / 0.0007,
     ),
-    Bracket("FEWEST_READINGS", traces, read_often, 20, 12),
+    Bracket("FEWEST_READINGS", formulation, read_often, 20, 12),
     Bracket("FEWEST_AROUND", smoothing, bridged, 4, 3),
     Bracket("CORNER", smoothing, cornered, 6.0, 4.0),
     Bracket("STANDING", newton, standing, 7e-4, 1.3e-3),
     Bracket("SLIGHT", gls, compared, 0.015, 0.025),
     Bracket("BALANCE", newton, lambda x: ForceBalance(1.0, x, 1.0 - x**2).check().passed, 0.08, 0.12),
 )
+
+
+def test_the_larger_part_decides_where_there_is_no_threshold() -> None:
+    """What explains less than it leaves is not believed; what is nearer to nil than to one has no sign."""
+    assert believed(0.6)
+    assert not believed(0.4)
+    assert weighing(0.7)
+    assert not weighing(0.35)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)

@@ -16,8 +16,8 @@ from fibrefit.core.errors import DataError, StudyError
 from fibrefit.fitting import checks
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Found
-from fibrefit.problem.diagnose.channels import are_exchanged, roughness
-from fibrefit.problem.formulate import formulate as whole
+from fibrefit.problem import formulation as whole
+from fibrefit.problem.diagnose.channels import force_and_position_exchanged, roughness
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.study import load_study
@@ -81,8 +81,8 @@ def traces(study: Path, exchanged: bool) -> list[Trace]:
 def test_force_and_position_are_told_apart_on_every_rig(name: str) -> None:
     study = SERIES.with_name(name)
     right, wrong = traces(study, False), traces(study, True)
-    assert not any(are_exchanged([trace]) for trace in right)
-    assert all(are_exchanged([trace]) for trace in wrong)
+    assert not any(force_and_position_exchanged([trace]) for trace in right)
+    assert all(force_and_position_exchanged([trace]) for trace in wrong)
 
 
 def test_roughness_does_not_hang_on_units_nor_on_damage() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from fibrefit.laws.guide.quadratic_drag import QuadraticDrag
 from fibrefit.laws.guide.viscous_friction import ViscousFriction
-from fibrefit.problem.estimate.evidence import FURTHER, LEVELS
+from fibrefit.problem.estimate.evidence import EXTENSION, SIGMA_LEVELS
 from fibrefit.problem.linear_model.unknowns import FLAT
 from fibrefit.problem.noise.rounding import steps_of
 from fibrefit.problem.posterior.log_posterior import noise_priors
@@ -140,13 +140,13 @@ def test_records_that_differ_much_are_integrated_as_far_as_a_fit_goes(apart: Tas
     seen = prepared(apart)
     evidence, effects = seen.deviations.evidence, seen.density.random_effects
     stiffness = effects.places.index(apart.problem.layout.free_names.index("stiffness"))
-    assert evidence.grid.max(axis=0)[stiffness] == FURTHER[-1]
-    assert effects.sigma[:, stiffness].max() == FURTHER[-1]
+    assert evidence.grid.max(axis=0)[stiffness] == EXTENSION[-1]
+    assert effects.sigma[:, stiffness].max() == EXTENSION[-1]
     weight = np.exp(effects.log_prior - effects.log_prior.max())
     known = seen.density.known_of_deviations(jnp.asarray(coordinates_of(seen.density, seen.values)))
     told = np.exp(np.asarray(known.logs) - float(known.logs.max()))
     likely = np.asarray(effects.sigma)[int(np.argmax(told)), stiffness]
-    assert 0.08 <= likely <= FURTHER[0]
+    assert 0.08 <= likely <= EXTENSION[0]
     assert weight[np.argmax(effects.sigma[:, stiffness])] > 0.0
     assert [check.identifier for check in evidence.between_records_checks()] == ["between_records"]
 
@@ -159,7 +159,7 @@ def test_intervals_of_records_that_differ_much_are_those_of_a_fit(apart: Task) -
     interval = found.marginals["stiffness"].interval
     assert interval[1] - interval[0] == pytest.approx(high - low, rel=WIDTH)
     assert found.between["stiffness"].sd == pytest.approx(evidence.between_records()["stiffness"].sd, rel=0.1)
-    assert found.between["stiffness"].interval_95[1] > LEVELS[-1]
+    assert found.between["stiffness"].interval_95[1] > SIGMA_LEVELS[-1]
     (check,) = (check for check in found.checks if check.identifier == "between_records")
     assert check.passed
 

@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError, StudyError
-from fibrefit.problem.formulate.formulate import _in_windows, stated_of
-from fibrefit.problem.formulate.traces import in_order, trace_of
+from fibrefit.problem.formulation import _in_windows, in_order, stated_numbers, trace_of
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.study import load_study
 from fibrefit.workflow.fit import Fit, fit_study
@@ -97,7 +96,7 @@ def samples_of_a_window(path: Path) -> int:
     study = load_study(path)
     model = model_of(study)
     read = zip(read_records(study), study.records, strict=True)
-    traces = in_order([trace_of(record, model.rig, stated_of(said)) for record, said in read])
+    traces = in_order([trace_of(record, model.rig, stated_numbers(said)) for record, said in read])
     return _in_windows(model, study, traces).window  # type: ignore[attr-defined]
 
 

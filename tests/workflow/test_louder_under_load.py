@@ -111,7 +111,7 @@ def test_error_bars_of_readings_are_those_of_the_values_at_any_noise() -> None:
     weight = problem.observations.weight["force"]
     linear = SimpleNamespace(slopes=3.0 * weight[:, None, :, None])
     problem.layout = SimpleNamespace(size=1, local=lambda values: values, local_columns=np.array([[0]]))
-    problem.followed = lambda local: (linear, None)
+    problem.evaluate = lambda local: (linear, None)
     found: Any = SimpleNamespace(
         problem=problem, values=np.ones(1), covariance=np.array([[1e-4]]), gap={"force": SimpleNamespace(unit="N")}
     )  # fmt: skip

@@ -53,10 +53,10 @@ def test_what_centres_of_priors_do_and_what_noise_does_is_the_whole_error() -> N
     slopes, belief = random.standard_normal((30, 3)), Belief(2.0, 0.3)
     records, prior = slopes.T @ slopes, np.diag([0.0, 0.3**-2.0, 0.0])
     whole = np.linalg.inv(records + prior)
-    problem: Any = SimpleNamespace(layout=SimpleNamespace(believed=((1, belief),)))
+    problem: Any = SimpleNamespace(layout=SimpleNamespace(beliefs=((1, belief),)))
     common = _due_to_priors(problem, np.ones(3), whole)
     assert common is not None
     noise = np.diag(whole @ records @ whole)
     np.testing.assert_allclose(common**2 + noise, np.diag(whole))
-    nothing: Any = SimpleNamespace(layout=SimpleNamespace(believed=()))
+    nothing: Any = SimpleNamespace(layout=SimpleNamespace(beliefs=()))
     assert _due_to_priors(cast(Any, nothing), np.ones(3), whole) is None

@@ -14,7 +14,9 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.arrays import assembled, gathered
 from fibrefit.core.declarations import Parameter
+from fibrefit.core.matrices import equilibrated, scale_of
 from fibrefit.discovery.design.beside import Beside, relative_changes
 from fibrefit.discovery.design.menu import batches, records_of
 from fibrefit.discovery.engine.candidates import SMALL, SearchContext
@@ -25,8 +27,6 @@ from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
 from fibrefit.problem.inputs.sensitivities import whitened_sensitivities
-from fibrefit.problem.statement.layout import assembled, gathered
-from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.statement.observations import Observations
 
 LITTLE = 0.01

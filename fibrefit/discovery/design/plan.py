@@ -17,6 +17,7 @@ import numpy as np
 from scipy.special import expit
 from scipy.stats import norm
 
+from fibrefit.core.matrices import equilibrated, scale_of
 from fibrefit.discovery.design.apart import Explanation, nats_apart
 from fibrefit.discovery.design.beside import Beside
 from fibrefit.discovery.design.distinguish import confusion
@@ -30,7 +31,6 @@ from fibrefit.discovery.engine.thresholds import APART, PRICE, UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.task import Task
 
 Purpose = Literal["errors", "rivals", "power"]

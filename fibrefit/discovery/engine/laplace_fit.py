@@ -12,7 +12,6 @@ from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants, number_of_sets
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.gauss_newton import costs_of
 
 
 @dataclass(frozen=True)
@@ -97,7 +96,7 @@ class LaplaceFit:
         """
         mine, theirs = self.evidence.mode, other.evidence.mode
         sigma = np.maximum(mine.sigma, theirs.sigma)
-        return 0.5 * float(np.max(costs_of(mine, sigma) - costs_of(theirs, sigma), initial=0.0))
+        return 0.5 * float(np.max(mine.record_costs(sigma) - theirs.record_costs(sigma), initial=0.0))
 
     @property
     def shared(self) -> dict[str, float]:

@@ -28,7 +28,7 @@ from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
 from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
 from fibrefit.problem.estimate.gauss_newton import better_minima, mode
-from fibrefit.problem.linear_model.normal_equations import PosteriorMode, overdispersion_of_change
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Gram, Unknowns
 from fibrefit.problem.noise.rounding import same_noise
 from fibrefit.problem.noise.spectrum import Noise
@@ -344,3 +344,18 @@ def _gone(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> list[type[Effect]
 def _without(fitted: LaplaceFit, kept: Sequence[type[Effect]]) -> np.ndarray:
     """Values of a hypothesis ``(n_record, n_local)`` with the effects that are not kept at their nulls."""
     return with_absent(fitted.supermodel, fitted.local, _gone(fitted, kept))
+
+
+def overdispersion_of_change(products: np.ndarray) -> float:
+    """Sandwich variance over the information along one finite change of the readings, as an effect makes it.
+
+    Where a change bends, as a bounce makes it, slopes at its end say nothing of it: it may lie in a few readings that
+    tails of the noise have made loud.
+
+    Parameters
+    ----------
+    products : (n_record, n_stretch, 2, 2)
+        Of the change and of residuals within each stretch of a record, the residuals last.
+    """
+    size = float(np.sum(products[..., 0, 0]))
+    return float(np.sum(products[..., 0, 1] ** 2)) / size if size > 0.0 else 1.0

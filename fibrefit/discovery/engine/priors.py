@@ -86,7 +86,7 @@ def unknowns_of(
     index = {name: i for i, name in enumerate(supermodel.names)}
     layout = supermodel.problem.layout
     free = np.array(
-        [[slots[name].held(r) is None for name in subset.each] for r in range(len(layout.records))], dtype=bool
+        [[slots[name].fixed_in(r) is None for name in subset.each] for r in range(len(layout.records))], dtype=bool
     ).reshape(len(layout.records), len(subset.each))
     return Unknowns(
         names=(*subset.shared, *subset.each),
@@ -108,7 +108,7 @@ def unknowns_of(
 
 def with_held(unknowns: Unknowns, place: Place, names: Iterable[str]) -> Unknowns:
     """The same with some shared values held where they are at a place."""
-    return unknowns.holding(np.flatnonzero(np.isin(unknowns.names[: len(unknowns.shared)], list(names))), place.z)
+    return unknowns.fixed_at(np.flatnonzero(np.isin(unknowns.names[: len(unknowns.shared)], list(names))), place.z)
 
 
 def _line(declared: Parameter, slot: Slot, reference: float | None, effects: Iterable[type[Effect]]) -> tuple:
@@ -120,22 +120,12 @@ def _line(declared: Parameter, slot: Slot, reference: float | None, effects: Ite
     if reference is not None:
         if declared.lower >= 0.0 and reference > VANISHES * abs(typical) and (slot.belief is None or slot.belief.log):
             limits = [max(-FURTHEST, _log(low / reference)), min(FURTHEST, _log(high / reference))]
-            return (
-                True,
-                reference,
-                1.0,
-                *(slot.belief.of_coordinate(True, reference, 1.0) if slot.belief else (0.0, BASE_SD)),
-                *limits,
-            )
+            prior = slot.belief.of_coordinate(True, reference, 1.0) if slot.belief else (0.0, BASE_SD)
+            return True, reference, 1.0, *prior, *limits
         size = max(abs(typical), abs(reference))
         limits = [(low - reference) / size, (high - reference) / size]
-        return (
-            False,
-            reference,
-            size,
-            *(slot.belief.of_coordinate(False, reference, size) if slot.belief else (0.0, BASE_SD)),
-            *limits,
-        )
+        prior = slot.belief.of_coordinate(False, reference, size) if slot.belief else (0.0, BASE_SD)
+        return False, reference, size, *prior, *limits
     spans = declared.log or declared.reciprocal or (declared.unit == "Hz" and declared.lower >= 0.0)
     if spans:
         return True, typical, 1.0, 0.0, SHAPE_SD, _log(low / typical), _log(high / typical)

@@ -13,9 +13,9 @@ from typing import Protocol
 
 import numpy as np
 
+from fibrefit.core.arrays import assembled, gathered
+from fibrefit.core.matrices import equilibrated, scale_of
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.problem.statement.layout import assembled, gathered
-from fibrefit.problem.statement.matrices import equilibrated, scale_of
 from fibrefit.problem.statement.problem import Problem
 
 ARRIVED = 0.1
@@ -103,7 +103,7 @@ class _Map:
         self.lower = np.array([slots[name].range.lower for name in subset.shared])
         self.upper = np.array([slots[name].range.upper for name in subset.shared])
         # What a study states of some records is held in these.
-        self.free = np.array([[slots[name].held(r) is None for name in subset.each] for r in range(self.records)])
+        self.free = np.array([[slots[name].fixed_in(r) is None for name in subset.each] for r in range(self.records)])
         self.free = self.free.reshape(self.records, len(subset.each))
         self.size = supermodel.sizes((*subset.shared, *subset.each))
 

@@ -15,7 +15,7 @@ import numpy as np
 from fibrefit.discovery.engine.common_noise import CommonNoise
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import ALARM
-from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, beyond_inputs, drawn_about, spread_about
+from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, antithetic_draws, gaussian_draws, with_best_input_errors
 from fibrefit.problem.noise.coloured import BlockFilter, in_blocks
 from fibrefit.problem.noise.level_shifts import LevelShift, level_shifts, without_shifts
 from fibrefit.problem.noise.rounding import with_steps
@@ -44,7 +44,7 @@ def remaining_noise(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.nd
     changes = changes_of(common_noise, fitted, counts)
 
     def noise(shifts: Sequence[LevelShift] = ()) -> tuple[Noise, ...]:
-        return noise_of_residuals(problem, spread_about(without_shifts(best, shifts, counts), changes))
+        return noise_of_residuals(problem, antithetic_draws(without_shifts(best, shifts, counts), changes))
 
     def shifts(whitening: BlockFilter) -> list[LevelShift]:
         channels = enumerate(problem.model.rig.channels)
@@ -72,7 +72,7 @@ def residuals_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarr
     random, found = np.random.default_rng(0), []
     pairs = zip(sensitivities.records, supermodel.sensitivities.records, strict=True)
     for row, own, (seen, raw) in zip(np.asarray(rows), np.asarray(white), pairs, strict=True):
-        drawn = drawn_about(seen.best(own[None])[0], np.linalg.cholesky(seen.inverse), draws, random)
+        drawn = gaussian_draws(seen.best(own[None])[0], np.linalg.cholesky(seen.inverse), draws, random)
         found.append(row - raw.imitated(drawn, len(row)))
     return np.stack(found, axis=1).reshape(draws, *shape)
 
@@ -98,4 +98,4 @@ def changes_of(common_noise: CommonNoise, fitted: LaplaceFit, counts: np.ndarray
     known, raw = common_noise.sensitivities, supermodel.sensitivities
     if known is None or raw is None:
         return moved
-    return beyond_inputs(moved, np.asarray(innovations_of(common_noise.whitening, moved)), known, raw)
+    return with_best_input_errors(moved, np.asarray(innovations_of(common_noise.whitening, moved)), known, raw)

@@ -16,7 +16,7 @@ from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
 from fibrefit.problem.linear_model.normal_equations import ScoreTest
-from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP, STEADY_SIZE, Gram, Place, Unknowns
+from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP, Gram, Place, Unknowns
 
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""
@@ -272,7 +272,7 @@ def likeliest_instants(unknowns: Unknowns, place: Place, effect: type[Effect], g
 def _own_eliminated(unknowns: Unknowns, place: Place, gram: Gram) -> np.ndarray:
     """What each record costs ``(n_record,)`` with its own values where slopes see them; infinite of a lost motion."""
     local, number = unknowns.local_of(place), len(unknowns.each)
-    steps = DIFFERENCE_STEP * np.maximum(np.abs(place.own), STEADY_SIZE) * unknowns.size
+    steps = unknowns.coordinate_steps(place)[:, len(unknowns.shared) :] * unknowns.size
     products = gram(local, unknowns.each, local[:, unknowns.each] + np.where(unknowns.free, steps, 0.0))
     sound = np.asarray(np.isfinite(products).all(axis=(1, 2)))
     scale = np.sqrt(np.maximum(np.diagonal(products, axis1=1, axis2=2), 1e-300))[:, :number]

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import fdtr, fdtrc
 
 from fibrefit.core.declarations import Statement
+from fibrefit.core.matrices import equilibrated, pseudo_inverse, scale_of
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.remaining import residuals_of
@@ -36,7 +37,6 @@ from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP
 from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts
 from fibrefit.problem.noise.readings import unbroken
 from fibrefit.problem.noise.spectrum import Noise, periodogram, without_lines
-from fibrefit.problem.statement.matrices import equilibrated, pseudo_inverse, scale_of
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 

@@ -28,7 +28,7 @@ from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.search import Search
 from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.gauss_newton import NOTICED, mode
+from fibrefit.problem.estimate.gauss_newton import NOTICEABLE_FALL, mode
 from fibrefit.problem.linear_model.normal_equations import Arrowhead
 from fibrefit.study.summaries.discovery import HeldOut
 
@@ -97,7 +97,7 @@ def _evidence(
     at = found.evidence.mode
     start = replace(at, normal=Arrowhead.of(at.unknowns, grams * kept[:, None, None]))
     gram = SecantGram(inference.common_noise.whitened(found.supermodel), np.where(kept, inference.context.whole, 0))
-    return MarginalLikelihood.of(mode(at.unknowns, start, gram, at.sigma, NOTICED, descent()["effort"]))
+    return MarginalLikelihood.of(mode(at.unknowns, start, gram, at.sigma, NOTICEABLE_FALL, descent()["effort"]))
 
 
 def gap_of_record(search: Search, supermodel: Supermodel, local: np.ndarray, record: int) -> float:

@@ -11,9 +11,9 @@ from fibrefit.discovery.engine.screening import stands_for_differences
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import family_of, may_be_shared, number_of_sets, shared_by
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import LEVELS
+from fibrefit.problem.estimate.evidence import SIGMA_LEVELS
 
-ALIKE = LEVELS[1]
+ALIKE = SIGMA_LEVELS[1]
 """Relative standard deviation that is taken for none: nearer to each other no values of records are believed to be."""
 CHANGE = "_change"
 """End of the name of a relative change, behind that of the parameter of the rig that it is of."""

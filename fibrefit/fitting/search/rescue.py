@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.arrays import gram_root
 from fibrefit.core.threads import THREADS, thread_pool
 from fibrefit.fitting.residuals import evaluate
 from fibrefit.fitting.result import Gap, Starts, total
@@ -33,7 +34,7 @@ from fibrefit.fitting.search.starts import STARTS_AT_ONCE, Searched, basins_of, 
 from fibrefit.fitting.thresholds import FIT_TOLERANCE, LOSES
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
 from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.problem import Problem, gram_root
+from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import GAP_OF_NOISE
 
@@ -246,7 +247,7 @@ def each_by_itself(
     thoroughly : bool
         Whether they are all the same; then at least half of all have to be followed, as one may be a hard one.
     """
-    alone = [task.alone(record) for record in range(len(task.traces))]
+    alone = [task.of_record(record) for record in range(len(task.traces))]
     worst, *others = (int(record) for record in np.argsort(shared)[::-1])
     ends = {worst: _end(alone[worst], search)}
     if not (thoroughly or _follows(ends[worst], shared[worst])):

@@ -9,9 +9,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.arrays import assembled, gram_root
 from fibrefit.core.programs import kept_program
-from fibrefit.problem.statement.layout import assembled
-from fibrefit.problem.statement.problem import Linearised, Problem, gram_root
+from fibrefit.problem.statement.problem import Linearised, Problem
 
 MAX_STEPS = 60
 ROUGH_STEPS = 12
@@ -102,7 +102,7 @@ def linearised(problem: Problem, local: np.ndarray) -> Linearised:
     problem : Problem
     local : (n_record, n_local) in SI units
     """
-    return jax.tree.map(np.asarray, problem.followed(local)[0])
+    return jax.tree.map(np.asarray, problem.evaluate(local)[0])
 
 
 def gram_at(problem: Problem, values: np.ndarray) -> np.ndarray:

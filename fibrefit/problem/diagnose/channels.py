@@ -19,17 +19,14 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.formatting import format_number, format_quantity, in_words
 from fibrefit.problem.thresholds import (
     CARRIES_LOAD,
-    FEWEST_SPANS,
+    FEWEST_READINGS,
     FOLLOWS,
-    HOLDS,
     MISREAD,
-    NO_OFFSET,
     PROVEN_FACTOR,
     TELLS_A_SIGN,
-    ZERO_KNOWN,
 )
 from fibrefit.rigs.rig import Rig
-from fibrefit.rigs.signals.newton import Sizes, newton_of
+from fibrefit.rigs.signals.newton import newton_of
 from fibrefit.rigs.signals.trace import Trace
 
 GRAVITY, FORCE, POSITION, DRIVE = "gravity", "force", "position", "drive"
@@ -59,6 +56,14 @@ class Sense(NamedTuple):
         return int(np.sign(self.size)) if abs(self.size) > PROVEN_FACTOR * self.error else 0
 
 
+def refuse_contradictory(
+    traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (), known: Collection[str] = ()
+) -> None:
+    """Refuse records of which a channel has another sign or scale than the rig's: `refuse_turned`, `refuse_misread`."""
+    refuse_turned(traces, rig)
+    refuse_misread(traces, rig, effects, known)
+
+
 def refuse_turned(traces: Sequence[Trace], rig: Rig) -> None:
     """Refuse records of which a channel has another sign than the rig's.
 
@@ -81,7 +86,29 @@ def refuse_turned(traces: Sequence[Trace], rig: Rig) -> None:
     if first is None:
         return
     same = [trace.name for trace, what in zip(traces, against, strict=True) if what == against[first]]
-    raise _told(same, len(traces), found[first], rig)
+    number, senses = len(traces), found[first]
+    moves = [
+        f"{WORDS[name]} ({format_number(senses[name].size, 2)} times what follows from it)" for name in against[first]
+    ]
+    ways = turned_channels(senses)
+    right = {
+        FORCE: "a force is positive while the fibre pulls",
+        POSITION: f"a position grows {rig.directions[0]} the guide",
+        DRIVE: "a drive grows as it takes fibre in",
+    }
+    turned = tuple(dict.fromkeys(name for way in ways for name in way))
+    columns = ", ".join(f'{name} = {{ column = "...", scale = "-1" }}' for name in turned)
+    all_of_them = len(same) == number
+    says = [f"Check the sign of the {', or of the '.join(' and the '.join(way) for way in ways)}:"]
+    says += [f"{in_words([right[name] for name in turned])}."]
+    says += [f"If it was logged the other way, state it {'under [channels]' if all_of_them else 'in [[records]]'}:"]
+    says += [columns if all_of_them else f"channels = {{ {columns} }}", "(a scale that is there gets another sign)."]
+    expected = f"a weight that moves as {in_words([WORDS[name] for name in senses])} have it (1 times)"
+    rest = len(same) - MOST_NAMES
+    where = in_words([*same[:MOST_NAMES], f"{rest} more"] if rest > 0 else same)
+    if all_of_them and number > 1:
+        where = f"all {number} records"
+    raise DataError(where, f"the weight moves against {in_words(moves)}", expected, " ".join(says))
 
 
 def senses_of(trace: Trace, rig: Rig) -> dict[str, Sense]:
@@ -100,8 +127,10 @@ def senses_of(trace: Trace, rig: Rig) -> dict[str, Sense]:
         pulled = rig.pulled(trace.conditions, position)
         sizes = newton_of(trace.times, position, force, pulled)
         if sizes is not None and sizes.explained >= TELLS_A_SIGN:
-            if pulled.mass * abs(pulled.gravity) > ZERO_KNOWN * (np.nanmax(force) - np.nanmin(force)):
-                found[GRAVITY] = Sense(sizes.gravity, max(sizes.gravity_error, NO_OFFSET / PROVEN_FACTOR))
+            if pulled.mass * abs(pulled.gravity) > CARRIES_LOAD * (np.nanmax(force) - np.nanmin(force)):
+                # A force that reads nil under the weight makes gravity nil, one that reads less than nil turns it
+                # round: it has a sign where it is nearer to 1, or to -1, than to nil.
+                found[GRAVITY] = Sense(sizes.gravity, max(sizes.gravity_error, 0.5 / PROVEN_FACTOR))
             found[FORCE] = Sense(sizes.force, sizes.force_error)
     if DRIVE in trace.inputs:
         found[DRIVE] = Sense(_followed(trace.inputs[DRIVE][:, 0], position, force), FOLLOWS / PROVEN_FACTOR)
@@ -158,34 +187,6 @@ def turned_channels(senses: Mapping[str, Sense]) -> tuple[tuple[str, ...], ...]:
     return {1: (upright,), -1: (upside_down,)}.get(falls, (upright, upside_down))
 
 
-def _told(same: Sequence[str], number: int, senses: Mapping[str, Sense], rig: Rig) -> DataError:
-    ways, moves = turned_channels(senses), [
-        f"{WORDS[name]} ({format_number(senses[name].size, 2)} times what follows from it)"
-        for name in against_which(senses)
-    ]  # fmt: skip
-    right = {
-        FORCE: "a force is positive while the fibre pulls",
-        POSITION: f"a position grows {rig.directions[0]} the guide",
-        DRIVE: "a drive grows as it takes fibre in",
-    }
-    turned = tuple(dict.fromkeys(name for way in ways for name in way))
-    columns = ", ".join(f'{name} = {{ column = "...", scale = "-1" }}' for name in turned)
-    all_of_them = len(same) == number
-    says = [f"Check the sign of the {', or of the '.join(' and the '.join(way) for way in ways)}:"]
-    says += [f"{in_words([right[name] for name in turned])}."]
-    says += [f"If it was logged the other way, state it {'under [channels]' if all_of_them else 'in [[records]]'}:"]
-    says += [columns if all_of_them else f"channels = {{ {columns} }}", "(a scale that is there gets another sign)."]
-    expected = f"a weight that moves as {in_words([WORDS[name] for name in senses])} have it (1 times)"
-    return DataError(_where(same, number), f"the weight moves against {in_words(moves)}", expected, " ".join(says))
-
-
-def _where(same: Sequence[str], number: int) -> str:
-    if 1 < number == len(same):
-        return f"all {number} records"
-    rest = len(same) - MOST_NAMES
-    return in_words([*same[:MOST_NAMES], f"{rest} more"] if rest > 0 else same)
-
-
 EXPLAINED = ("study.", "sensor.force_gain", "sensor.position_gain", "pulley.", "rig.")
 """Beginnings of names of effects by which a model has other scales, slopes or inertias than the study states."""
 
@@ -216,29 +217,24 @@ def refuse_misread(traces: Sequence[Trace], rig: Rig, effects: Sequence[str] = (
             continue
         pulled = rig.pulled(trace.conditions, position)
         sizes = newton_of(trace.times, position, force, pulled)
-        if sizes is not None and sizes.explained >= HOLDS:
-            _refuse(trace.name, sizes, pulled.mass)
-
-
-def _refuse(name: str, sizes: Sizes, mass: float) -> None:
-    """Gravity alone is no reason: a slope or a zero that a study states wrongly can be found, and the fit tells it."""
-    if not (sizes.force > 0.0 and is_off(sizes.force, sizes.force_error)):
-        return
-    law = "a weight that moves as gravity and the measured force have it"
-    falls = is_off(sizes.gravity, sizes.gravity_error)
-    if falls and sizes.gravity and not is_off(sizes.force / sizes.gravity, 0.0):
-        got = f"the weight is accelerated by {_written(sizes.gravity)} times what gravity and the measured force do"
-        pace = f"{_written(1.0 / sizes.gravity)}, or that of the times by {_written(np.sqrt(sizes.gravity))}"
-        do = f"Check the scale and unit of the position, which would be off by {pace} (the rate, a decimation)."
-        raise DataError(name, got, law, do)
-    got = f"the measured force is {_written(1.0 / sizes.force)} times the one that moves the weight so"
-    do = f"Check the scale and unit of the force, to be multiplied by {_written(sizes.force)}, or weight_mass: with "
-    do += f"{format_quantity(mass / sizes.force, 'kg', 2)} in motion the force would fit."
-    raise DataError(name, got, law, do)
-
-
-def _written(size: float) -> str:
-    return format_number(size, 3)
+        # Sizes are believed where Newton's law with them explains more of the positions than it leaves.
+        if sizes is None or not sizes.explained >= 0.5:
+            continue
+        # Gravity alone is no reason: a slope or a zero that is stated wrongly can be found, and the fit tells it.
+        if not (sizes.force > 0.0 and is_off(sizes.force, sizes.force_error)):
+            continue
+        law = "a weight that moves as gravity and the measured force have it"
+        falls = is_off(sizes.gravity, sizes.gravity_error)
+        if falls and sizes.gravity and not is_off(sizes.force / sizes.gravity, 0.0):
+            times = format_number(sizes.gravity, 3)
+            got = f"the weight is accelerated by {times} times what gravity and the measured force do"
+            pace, clock = format_number(1.0 / sizes.gravity, 3), format_number(np.sqrt(sizes.gravity), 3)
+            do = f"Check the scale and unit of the position, which would be off by {pace}, or that of the times by "
+            raise DataError(trace.name, got, law, f"{do}{clock} (the rate, a decimation).")
+        got = f"the measured force is {format_number(1.0 / sizes.force, 3)} times the one that moves the weight so"
+        do = f"Check the scale and unit of the force, to be multiplied by {format_number(sizes.force, 3)}, or "
+        do += f"weight_mass: with {format_quantity(pulled.mass / sizes.force, 'kg', 2)} in motion the force would fit."
+        raise DataError(trace.name, got, law, do)
 
 
 def rules_out_a_factor(relative: float) -> bool:
@@ -255,7 +251,7 @@ SPAN = 5e-3
 """Time over which readings are averaged, in s: noise is small then, and impacts are still seen."""
 
 
-def are_exchanged(traces: Sequence[Trace]) -> bool:
+def force_and_position_exchanged(traces: Sequence[Trace]) -> bool:
     """Whether the force of every record is the smoother one of the two.
 
     A force accelerates a mass, and a position is the double integral of its acceleration: whatever their units, a
@@ -294,7 +290,7 @@ def roughness(times: np.ndarray, values: np.ndarray) -> float:
     blocks = len(times) // number
     whole = np.interp(times, times[there], values[there])
     means = whole[: blocks * number].reshape(blocks, number).mean(axis=1)
-    if blocks < FEWEST_SPANS or not np.ptp(means) > 0.0:
+    if blocks < FEWEST_READINGS or not np.ptp(means) > 0.0:
         return np.nan
     return float(np.sqrt(np.mean(np.diff(means, 2) ** 2)) / np.std(means))
 

@@ -14,7 +14,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
 from fibrefit.core.declarations import BACK, FORCES, FORWARDS, HELD, LOADING, REST, SLACK, STICKING, UNLOADING
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.problem import Moved, Problem
+from fibrefit.problem.statement.problem import Problem, Trajectories
 from fibrefit.problem.thresholds import CREEPS
 
 AVERAGED = 0.02
@@ -55,16 +55,16 @@ class Motion:
     def of(cls, problem: Problem, values: np.ndarray | jax.Array) -> Motion:
         """Simulated motion of all records at `values` ``(n_free,)`` or ``(n_record, n_local)`` in SI units."""
         local = np.asarray(values if np.ndim(values) == 2 else problem.layout.local(jnp.asarray(values)))
-        return cls._of_moved(problem, local, problem.moved_at(local))
+        return cls._of_moved(problem, local, problem.trajectories_at(local))
 
     @classmethod
     def of_fit(cls, problem: Problem, local: np.ndarray) -> Motion:
         """The same at their own values ``(n_record, n_local)``, by the program a fit has compiled for its slopes."""
         local = np.asarray(local)
-        return cls._of_moved(problem, local, problem.followed(local)[1])
+        return cls._of_moved(problem, local, problem.evaluate(local)[1])
 
     @classmethod
-    def _of_moved(cls, problem: Problem, local: np.ndarray, moved: Moved) -> Motion:
+    def _of_moved(cls, problem: Problem, local: np.ndarray, moved: Trajectories) -> Motion:
         moved = jax.tree.map(np.asarray, moved)
         experiment, modes, known = problem.observations.experiment, moved.modes, _known(moved)
         times = np.asarray(experiment.times)
@@ -90,18 +90,15 @@ def moves(rates: np.ndarray, times: np.ndarray) -> np.ndarray:
     rates : (n_record, n_time) in m/s
     times : (n_record, n_time) in s
     """
-    return np.stack([_moves(rate, float(time[1] - time[0])) for rate, time in zip(rates, times, strict=True)])
+    found = []
+    for rate, time in zip(rates, times, strict=True):
+        width = 2 * round(0.5 * AVERAGED / float(time[1] - time[0])) + 1
+        size = np.abs(uniform_filter1d(rate, width, mode="nearest"))
+        found.append(minimum_filter1d(maximum_filter1d(size > CREEPS * size.max(), width), width))
+    return np.stack(found)
 
 
-def _moves(rates: np.ndarray, step: float) -> np.ndarray:
-    width = 2 * round(0.5 * AVERAGED / step) + 1
-    size = np.abs(uniform_filter1d(rates, width, mode="nearest"))
-    fast = size > CREEPS * size.max()
-    found: np.ndarray = minimum_filter1d(maximum_filter1d(fast, width), width)
-    return found
-
-
-def _known(moved: Moved) -> dict[str, np.ndarray]:
+def _known(moved: Trajectories) -> dict[str, np.ndarray]:
     """States a missing effect may depend on, by what the rig has."""
     states, channels = moved.states, moved.channels
     if hasattr(states, "angle"):

@@ -19,7 +19,7 @@ publications tell them: how well the measured force is the one that the measured
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -182,8 +182,8 @@ class Gravity(NamedTuple):
         if Capability.FALL not in rig.capabilities or not {POSITION, FORCE} <= set(rig.channels):
             return None
         local = np.asarray(task.problem.layout.local(np.asarray(values)))
-        flights = _measured(task, motion)
-        measured, simulated = _fitted(task, local, flights), _fitted(task, local, _simulated(task, motion))
+        flights = _flights(task, motion, measured=True)
+        measured, simulated = (_fitted(task, local, some) for some in (flights, _flights(task, motion, measured=False)))
         if measured is None or simulated is None:
             return None
         places = [(flight.record, flight.samples[flight.seen]) for flight in flights]
@@ -205,32 +205,26 @@ class _Flight(NamedTuple):
         return np.isfinite(self.position)
 
 
-def _measured(task: Task, motion: Motion) -> list[_Flight]:
-    """Flights by the force as well: simulated contacts are late or early where the model is wrong."""
+def _flights(task: Task, motion: Motion, measured: bool) -> list[_Flight]:
+    """Flights of all records, by simulated or by measured positions.
+
+    Measured ones are those by the force as well: simulated contacts are late or early where the model is wrong.
+    """
     found = list[_Flight]()
     for r, trace in enumerate(task.traces):
         n = len(trace.times)
-        force = derivative(trace.channels[FORCE], trace.times, SMOOTHED_LOAD, 0)
-        free = (motion.phase[r, :n] == SLACK) & (force < CARRIES_LOAD * np.nanmax(force))
-        found += _flights(trace, r, measured_positions(task, r), free)
+        free = motion.phase[r, :n] == SLACK
+        if measured:
+            force = derivative(trace.channels[FORCE], trace.times, SMOOTHED_LOAD, 0)
+            free &= force < CARRIES_LOAD * np.nanmax(force)
+        position = measured_positions(task, r) if measured else np.asarray(motion.readings[POSITION])[r, :n]
+        if np.isfinite(position).sum() < SHORTEST_FLIGHT:
+            continue
+        speed = derivative(position, trace.times, TURNED, 1)
+        for start, end in _stretches(free):
+            if np.isfinite(position[start:end]).sum() >= SHORTEST_FLIGHT:
+                found.append(_Flight(r, np.arange(start, end), position[start:end], speed[start:end]))
     return found
-
-
-def _simulated(task: Task, motion: Motion) -> list[_Flight]:
-    readings, found = np.asarray(motion.readings[POSITION]), list[_Flight]()
-    for r, trace in enumerate(task.traces):
-        n = len(trace.times)
-        found += _flights(trace, r, readings[r, :n], motion.phase[r, :n] == SLACK)
-    return found
-
-
-def _flights(trace: Trace, record: int, position: np.ndarray, free: np.ndarray) -> Iterator[_Flight]:
-    if np.isfinite(position).sum() < SHORTEST_FLIGHT:
-        return
-    speed = derivative(position, trace.times, TURNED, 1)
-    for start, end in _stretches(free):
-        if np.isfinite(position[start:end]).sum() >= SHORTEST_FLIGHT:
-            yield _Flight(record, np.arange(start, end), position[start:end], speed[start:end])
 
 
 def _stretches(free: np.ndarray) -> list[tuple[int, int]]:
@@ -241,25 +235,22 @@ def _stretches(free: np.ndarray) -> list[tuple[int, int]]:
 
 def _fitted(task: Task, local: np.ndarray, flights: list[_Flight]) -> SharedShapes | None:
     """Gravity over the stated one by all flights; None where they tell nothing."""
-    if not flights:
+    tables = []
+    for flight in flights:
+        step, stated = task.traces[flight.record].step, stated_and_found(task, local, flight.record)
+        mass = stated["weight_mass"] + stated.get("added_mass", 0.0)
+        gravity = STANDARD_GRAVITY * np.sin(stated["inclination"])
+        time = step * (flight.samples - flight.samples.mean())
+        # Of the sample in which a weight turns round, the share that it goes one way.
+        direction = np.clip(flight.speed / (0.5 * gravity * step), -1.0, 1.0)
+        turned, path = integrated(integrated(direction, step), step), integrated(flight.position, step)
+        table = np.column_stack([flight.position, 0.5 * gravity * time**2, turned / mass, path / mass])
+        # What another start and speed could be is taken off.
+        tables.append(without_polynomial(table, time, flight.seen, 1))
+    if not tables:
         return None
-    table = np.concatenate([_flight_table(task, local, flight) for flight in flights])
+    table = np.concatenate(tables)
     return fitted_shapes(table[:, 0], table[:, 1:], 1, RESOLVED)
-
-
-def _flight_table(task: Task, local: np.ndarray, flight: _Flight) -> np.ndarray:
-    """Positions of a flight and what they consist of, ``(n_seen, 4)``, without what another start could be."""
-    trace = task.traces[flight.record]
-    stated = stated_and_found(task, local, flight.record)
-    mass = stated["weight_mass"] + stated.get("added_mass", 0.0)
-    gravity = STANDARD_GRAVITY * np.sin(stated["inclination"])
-    time = trace.step * (flight.samples - flight.samples.mean())
-    # Of the sample in which a weight turns round, the share that it goes one way.
-    direction = np.clip(flight.speed / (0.5 * gravity * trace.step), -1.0, 1.0)
-    turned = integrated(integrated(direction, trace.step), trace.step)
-    path = integrated(flight.position, trace.step)
-    table = np.column_stack([flight.position, 0.5 * gravity * time**2, turned / mass, path / mass])
-    return without_polynomial(table, time, flight.seen, 1)
 
 
 COLLINEAR = 1e-6
@@ -333,19 +324,6 @@ class _Delay(NamedTuple):
     left: np.ndarray
 
 
-class _Signals(NamedTuple):
-    """Position, force, and the sign of the speed of one record, ``(n_time,)`` each."""
-
-    position: np.ndarray
-    force: np.ndarray
-    turned: np.ndarray
-
-    @classmethod
-    def of(cls, trace: Trace, position: np.ndarray, force: np.ndarray) -> _Signals:
-        """With the direction of the motion that the positions tell."""
-        return cls(position, force, np.sign(derivative(position, trace.times, TURNED, 1)))
-
-
 def _contacts(task: Task) -> list[_Contact]:
     """Contacts by the measured force, from flight to flight; those with gaps in their force do not count."""
     found = list[_Contact]()
@@ -371,29 +349,35 @@ def _delay(
     contacts: list[_Contact],
     signals: Callable[[int], tuple[np.ndarray, np.ndarray]],
 ) -> _Delay | None:
-    """Least squares over all contacts; None where they tell nothing."""
-    if not contacts:
+    """Least squares over all contacts; None where they tell nothing.
+
+    Parameters
+    ----------
+    signals : callable
+        Position and force ``(n_time,)`` of a record.
+    """
+    known = {r: signals(r) for r in {contact.record for contact in contacts}}
+    # The direction of the motion is that which the positions tell.
+    turns = {r: np.sign(derivative(known[r][0], task.traces[r].times, TURNED, 1)) for r in known}
+    tables = []
+    for record, samples, seen in contacts:
+        step, stated = task.traces[record].step, stated_and_found(task, local, record)
+        mass = stated["weight_mass"] + stated.get("added_mass", 0.0)
+        position, force, turned = (signal[samples] for signal in (*known[record], turns[record]))
+        once = integrated(force, step)
+        rubbed = stated.get("friction", 0.0) / mass * integrated(integrated(turned, step), step)
+        table = np.column_stack([position + rubbed, integrated(once, step) / mass, once / mass])
+        # What another start, speed and constant force could be is taken off.
+        tables.append(without_polynomial(table, np.linspace(-1.0, 1.0, len(samples)), seen, 2))
+    if not tables:
         return None
-    known = {r: _Signals.of(task.traces[r], *signals(r)) for r in {one.record for one in contacts}}
-    table = np.concatenate([_contact_table(task, local, one, known[one.record]) for one in contacts])
+    table = np.concatenate(tables)
     found = fitted_shapes(table[:, 0], table[:, 1:], 2, COLLINEAR)
     if found is None or found.sizes[0] == 0.0:
         return None
     whole, once = found.sizes
     late = once / whole
     return _Delay(float(late), (found.weights[1] - late * found.weights[0]) / whole, found.left)
-
-
-def _contact_table(task: Task, local: np.ndarray, contact: _Contact, signals: _Signals) -> np.ndarray:
-    """Positions of a contact and the two integrals, ``(n_seen, 3)``, without start, speed and a constant force."""
-    step, stated = task.traces[contact.record].step, stated_and_found(task, local, contact.record)
-    mass = stated["weight_mass"] + stated.get("added_mass", 0.0)
-    position, force, turned = (signal[contact.samples] for signal in signals)
-    once = integrated(force, step)
-    rubbed = stated.get("friction", 0.0) / mass * integrated(integrated(turned, step), step)
-    columns = [position + rubbed, integrated(once, step) / mass, once / mass]
-    time = np.linspace(-1.0, 1.0, len(contact.samples))
-    return without_polynomial(np.column_stack(columns), time, contact.seen, 2)
 
 
 MOTION, FORCES = 100.0, 20.0
@@ -428,7 +412,7 @@ class ForceBalance(NamedTuple):
         if task.problem.model.rig.anchor is None:
             return None
         local = np.asarray(task.problem.layout.local(np.asarray(values)))
-        parts = [_residual(task, trace, local[r], r) for r, trace in enumerate(task.traces)]
+        parts = [_residual(task, trace, local[r]) for r, trace in enumerate(task.traces)]
         count = sum(len(missing) for missing, _ in parts)
         missing = sum(float(np.sum(missing**2)) for missing, _ in parts)
         whole = sum(float(np.sum(force**2)) for _, force in parts)
@@ -448,7 +432,7 @@ class ForceBalance(NamedTuple):
         )
 
 
-def _residual(task: Task, trace: Trace, local: np.ndarray, record: int) -> tuple[np.ndarray, np.ndarray]:
+def _residual(task: Task, trace: Trace, local: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Residual and force ``(n_time,)`` in N, slow parts."""
     from scipy.signal import butter, sosfiltfilt
 
@@ -464,16 +448,16 @@ def _residual(task: Task, trace: Trace, local: np.ndarray, record: int) -> tuple
     position = integrated(measured, trace.step) if by_velocity else measured
     speed = measured if by_velocity else np.gradient(position, trace.times)
     acceleration = np.gradient(speed, trace.times)
-    system, laws = _system(task, local, record)
+    system, laws = _system(task, trace, local)
     pushed = Signals(*(jnp.asarray(trace.inputs["force"][:, i]) for i in (0, 1)))
     force = np.asarray(pushed_by(laws, {"force": pushed}, jnp.asarray(trace.times))["force"].values)
     required = _required_force(system, position, speed, acceleration, force)
     return low(force - required, FORCES), low(force, FORCES)
 
 
-def _system(task: Task, local: np.ndarray, record: int) -> tuple[Any, tuple[Effect, ...]]:
+def _system(task: Task, trace: Trace, local: np.ndarray) -> tuple[Any, tuple[Effect, ...]]:
     """System of a record, and the laws in it."""
-    problem, trace = task.problem, task.traces[record]
+    problem = task.problem
     named = dict(zip(problem.layout.names, jnp.asarray(local), strict=True))
     stated, laws = {name: jnp.asarray(value) for name, value in trace.conditions.items()}, problem.model.laws(named)
     conditions = corrected_conditions(stated, named, laws)

@@ -34,22 +34,22 @@ from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import log_ndtr, ndtr, ndtri
 
+from fibrefit.core.arrays import RAN_AWAY
+from fibrefit.core.matrices import equilibrated, inverses, log_determinant, scale_of, solved
 from fibrefit.problem.estimate.gauss_newton import EVERYTHING, FIRST_SIGMA, MODE_TOLERANCE, Effort, mode
 from fibrefit.problem.linear_model.normal_equations import PosteriorMode, eliminated
 from fibrefit.problem.linear_model.unknowns import RIGID, Gram, Place, Unknowns
-from fibrefit.problem.statement.layout import RAN_AWAY
-from fibrefit.problem.statement.matrices import equilibrated, inverses, log_determinant, scale_of, solved
-from fibrefit.problem.thresholds import END_TOLD
+from fibrefit.problem.thresholds import LAST_LEVEL_RATIO
 from fibrefit.study.summaries.check import Check
 from fibrefit.study.summaries.results import BetweenRecordsSummary
 
-LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
+SIGMA_LEVELS = (0.0, 0.0003, 0.001, 0.002, 0.004, 0.008, 0.016, 0.03, 0.08)
 """Standard deviations between records, as shares of a parameter."""
-FEW_LEVELS = (0.0, 0.001, 0.004, 0.016, 0.06)
+FEW_SIGMA_LEVELS = (0.0, 0.001, 0.004, 0.016, 0.06)
 """The same where many parameters deviate."""
-FURTHER = (0.2, 0.5)
+EXTENSION = (0.2, 0.5)
 """Levels beyond the last one, of parameters that the records of a fit make differ by that: see `last_level_ratios`."""
 MANY = 3
 """Parameters that may deviate at the most for the finer of these levels."""
@@ -62,18 +62,12 @@ UNIFORM_TO = 0.01
 WIDEST_STEP = 2.0
 """Step of the logarithm, over how well that can be known, above which a cell of weight is halved."""
 WEIGHS, WEIGHTLESS = 1e-4, 1e-7
-"""Weight of a level as a share of the largest: that which its cells are halved for, and that below which it goes."""
+"""Weight of a level or point as a share of the largest: that which cells are halved for and that counts in covariances,
+and that below which a level goes."""
 MOST_POINTS = 40_000
 """Points of a grid that is halved no further."""
 ROUNDS = 4
-NOWHERE = -100.0
-"""Nats of a point that is left out of a grid, where that goes on to another."""
 INSIDE_95 = (0.025, 0.975)
-HALVINGS = 60
-FARTHEST = 12.0
-"""Distance in standard deviations at which quantiles are looked for."""
-LIGHT = 1e-4
-"""Weight on the grid, as a share of the largest, below which a point is left out of covariances."""
 
 
 @dataclass(frozen=True)
@@ -128,21 +122,18 @@ class SigmaAxis:
             return self
         widths = self.widths.copy()
         np.subtract.at(widths, np.concatenate([split, split + 1]), np.tile(0.25 * gap[split], 2))
-        kept = self._kept(weight)[1:]
+        # Levels that weigh anything, or lie beside one that does; zero and the last one, which are asked about, stay.
+        some = weight > WEIGHTLESS * weight.max()
+        kept = some.copy()
+        kept[1:] |= some[:-1]
+        kept[:-1] |= some[1:]
+        kept[[0, -1]] = True
+        kept = kept[1:]
         middle = np.exp(0.5 * (logs[split] + logs[split + 1]))
         levels = np.concatenate([self.levels[1:][kept], middle])
         order = np.argsort(levels)
         found = np.concatenate([widths[kept], 0.5 * gap[split]])[order]
         return SigmaAxis(np.concatenate([[0.0], levels[order]]), found, self.whole)
-
-    def _kept(self, weight: np.ndarray) -> np.ndarray:
-        """Which levels weigh anything, or lie beside one that does; zero and the last one, which are asked about."""
-        some = weight > WEIGHTLESS * weight.max()
-        beside = some.copy()
-        beside[1:] |= some[:-1]
-        beside[:-1] |= some[1:]
-        beside[[0, -1]] = True
-        return beside
 
 
 def _density(sigma: np.ndarray, widths: np.ndarray) -> np.ndarray:
@@ -157,10 +148,10 @@ def usual_axes(number: int, further: Collection[int] = ()) -> tuple[SigmaAxis, .
     number : int
         Of parameters that may deviate.
     further : collection of int
-        Those whose standard deviations go on to those of `FURTHER`.
+        Those whose standard deviations go on to those of `EXTENSION`.
     """
-    usual = LEVELS if number <= MANY else FEW_LEVELS
-    return tuple(SigmaAxis.of((*usual, *FURTHER) if i in further else usual) for i in range(number))
+    usual = SIGMA_LEVELS if number <= MANY else FEW_SIGMA_LEVELS
+    return tuple(SigmaAxis.of((*usual, *EXTENSION) if i in further else usual) for i in range(number))
 
 
 def grid_over(axes: Sequence[SigmaAxis]) -> tuple[np.ndarray, np.ndarray]:
@@ -173,9 +164,9 @@ def grid_over(axes: Sequence[SigmaAxis]) -> tuple[np.ndarray, np.ndarray]:
     return grid, np.log(np.where(alike, AGREE, (1.0 - AGREE) * share / (1.0 - ALONE ** len(axes))))
 
 
-def further_in(axes: Sequence[SigmaAxis]) -> list[int]:
-    """Parameters whose standard deviations go on to those of `FURTHER`."""
-    return [i for i, axis in enumerate(axes) if axis.levels[-1] >= FURTHER[-1]]
+def extended_in(axes: Sequence[SigmaAxis]) -> list[int]:
+    """Parameters whose standard deviations go on to those of `EXTENSION`."""
+    return [i for i, axis in enumerate(axes) if axis.levels[-1] >= EXTENSION[-1]]
 
 
 def finest_step(records: int) -> float:
@@ -246,7 +237,7 @@ class MarginalLikelihood:
         # What slopes predict beyond the mode and no step brings is no evidence: `unmet` takes it off.
         log = -0.5 * (lowest + found.unmet) - 0.5 * (log_determinant(schur) + log_determinant(blocks).sum(axis=-1))
         log = log - len(place.eta) * np.sum(np.log(np.maximum(grid, RIGID)), axis=-1)
-        inside = kept_inside(unknowns, place.z + dz, inverse)
+        inside = conditioned_on_bounds(unknowns, place.z + dz, inverse)
         log = log + 0.5 * float(log_determinant(unknowns.precision)) + _inside_bounds(unknowns, place.z + dz, inverse)
         return cls._over_grid(found, grid, log + prior, inside, inverse, axes)
 
@@ -326,7 +317,7 @@ class MarginalLikelihood:
     @property
     def beyond_levels(self) -> list[int]:
         """Parameters, of those that may deviate, in which records may well differ by more than the grid goes to."""
-        return np.flatnonzero(self.last_level_ratios > END_TOLD).tolist()
+        return np.flatnonzero(self.last_level_ratios > LAST_LEVEL_RATIO).tolist()
 
     def extended(self) -> MarginalLikelihood:
         """The evidence at the same mode over a grid that goes on where records may well differ by more than it goes to.
@@ -359,8 +350,19 @@ class MarginalLikelihood:
         self, axes: Sequence[SigmaAxis], unforeseen: np.ndarray, otherwise: MarginalLikelihood
     ) -> MarginalLikelihood:
         """Evidence over another grid, what was found at points of its own carried on; `otherwise` if none."""
+        from scipy.interpolate import RegularGridInterpolator
+
         wide = MarginalLikelihood.of(self.mode, axes)
-        logs = wide.logs + _carried_on(unforeseen, self.axes, axes)
+        logs = wide.logs
+        if unforeseen.any():
+            # Linear in the logarithm of each standard deviation.
+            places = [np.arange(len(axis.levels), dtype=float) for axis in self.axes]
+            there = [
+                np.append(0.0, np.interp(np.log(axis.levels[1:]), np.log(own.levels[1:]), place[1:]))
+                for axis, own, place in zip(axes, self.axes, places, strict=True)
+            ]
+            between = RegularGridInterpolator(places, unforeseen.reshape([len(place) for place in places]))
+            logs = logs + between(np.stack([at.ravel() for at in np.meshgrid(*there, indexing="ij")], axis=1))
         found = replace(self._over_grid(wide.mode, wide.grid, logs, wide.z, wide.covariance, wide.axes), log=self.log)
         return found if np.isfinite(found.spread).all() else otherwise
 
@@ -368,7 +370,8 @@ class MarginalLikelihood:
         """What was found at points of the grid over what slopes at the mode predict, in nats, ``(n_grid,)``."""
         with np.errstate(invalid="ignore"):
             beyond = self.logs - MarginalLikelihood.of(self.mode, self.axes).logs
-        return np.maximum(np.nan_to_num(beyond, nan=0.0, neginf=NOWHERE), NOWHERE)
+        # A point that is left out of a grid is so many nats down where that goes on to another: it weighs nothing.
+        return np.maximum(np.nan_to_num(beyond, nan=0.0, neginf=-100.0), -100.0)
 
     def between_records(self) -> dict[str, BetweenRecordsSummary]:
         """Standard deviations between records of all parameters that may deviate, by name."""
@@ -386,7 +389,7 @@ class MarginalLikelihood:
 
     def between_records_checks(self) -> list[Check]:
         """Whether the records differ by no more than is looked for at the most; nothing where nobody has to ask."""
-        further = further_in(self.axes)
+        further = extended_in(self.axes)
         if not further:
             return []
         told, unknowns = self.last_level_ratios, self.mode.unknowns
@@ -395,12 +398,12 @@ class MarginalLikelihood:
         return [
             Check(
                 name="records differ by no more than is looked for",
-                passed=bool(told[worst] <= END_TOLD),
+                passed=bool(told[worst] <= LAST_LEVEL_RATIO),
                 statistic=float(told[worst]),
-                threshold=END_TOLD,
+                threshold=LAST_LEVEL_RATIO,
                 identifier="between_records",
                 quantity="difference between records",
-                facts={"parameter": name, "between": self.between_records()[name], "most": FURTHER[-1]},
+                facts={"parameter": name, "between": self.between_records()[name], "most": EXTENSION[-1]},
             )
         ]
 
@@ -421,7 +424,7 @@ class MarginalLikelihood:
         unknowns, normal = mode.unknowns, mode.normal
         n, each, records = len(unknowns.shared), len(unknowns.each), len(normal.blocks)
         total = np.zeros((n + records * each,) * 2)
-        kept = self.weight > LIGHT * self.weight.max()
+        kept = self.weight > WEIGHS * self.weight.max()
         weight = self.weight[kept] / self.weight[kept].sum()
         mean = weight @ self.z[kept]
         for share, sigma, z, shared in zip(weight, self.grid[kept], self.z[kept], self.covariance[kept], strict=True):
@@ -508,7 +511,7 @@ def laplace_evidence(
     return seen[best]._as_seen(seen, float(seen[best].logs[best]))
 
 
-def kept_inside(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+def conditioned_on_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """Shared coordinates with those beyond their bounds at these, and the others most probable given that.
 
     Those that did not follow would be far from anything the records say, along a direction of which they say little: of
@@ -553,29 +556,12 @@ def _inside_bounds(unknowns: Unknowns, z: np.ndarray, covariance: np.ndarray) ->
 
 def _log_share(below: np.ndarray, above: np.ndarray) -> np.ndarray:
     """Logarithm of the probability of a standard normal value between limits."""
-    from scipy.special import log_ndtr
-
     # Of the two tails the probability between is the difference of those on the side where both are small.
     low, high = np.where(below > 0.0, -above, below), np.where(below > 0.0, -below, above)
     whole, cut = log_ndtr(high), log_ndtr(low)
     # So far outside that a logarithm overflows, bounds leave nothing.
     beyond = np.minimum(np.where(np.isneginf(whole), -np.inf, cut) - np.where(np.isneginf(whole), 0.0, whole), -1e-300)
     return np.asarray(whole + np.log(-np.expm1(beyond)))
-
-
-def _carried_on(values: np.ndarray, axes: Sequence[SigmaAxis], to: Sequence[SigmaAxis]) -> np.ndarray:
-    """Values at the points of a grid at those of another, linear in the logarithm of each standard deviation."""
-    from scipy.interpolate import RegularGridInterpolator
-
-    if not values.any():
-        return np.zeros(1)
-    places = [np.arange(len(axis.levels), dtype=float) for axis in axes]
-    there = [
-        np.append(0.0, np.interp(np.log(axis.levels[1:]), np.log(own.levels[1:]), place[1:]))
-        for axis, own, place in zip(to, axes, places, strict=True)
-    ]
-    between = RegularGridInterpolator(places, values.reshape([len(place) for place in places]))
-    return np.asarray(between(np.stack([at.ravel() for at in np.meshgrid(*there, indexing="ij")], axis=1)))
 
 
 def _level_at(levels: np.ndarray, weight: np.ndarray, share: float) -> float:
@@ -596,8 +582,9 @@ def mixture_quantile(weight: np.ndarray, middle: np.ndarray, error: np.ndarray, 
     weight, middle, error = weight[used], middle[used], np.maximum(error[used], 1e-300)
     if len(weight) == 1:
         return float(middle[0] + error[0] * ndtri(share))
-    low, high = float((middle - FARTHEST * error).min()), float((middle + FARTHEST * error).max())
-    for _ in range(HALVINGS):
+    # Twelve standard deviations hold all but 1e-32 of a normal law; sixty halvings of that end in the last digit.
+    low, high = float((middle - 12.0 * error).min()), float((middle + 12.0 * error).max())
+    for _ in range(60):
         here = 0.5 * (low + high)
         below = weight @ ndtr((here - middle) / error) < share * weight.sum()
         low, high = (here, high) if below else (low, here)

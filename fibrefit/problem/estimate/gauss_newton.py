@@ -9,7 +9,7 @@ A descent ends in the nearest minimum, and a record may have two: a weight that 
 reversals, a motion that bounces lands once more or does not, tens of nats apart. Which of them a hypothesis meets is
 chance, and a comparison of two that met different ones compares minima. Along each deviation the cost of a record is
 therefore taken a standard deviation away, on both sides. Where it is far below the parabola that slopes predict, the
-record is begun there, with all that records share held: they are independent then. Each keeps the better of its two
+record is begun there, with all that records share fixed: they are independent then. Each keeps the better of its two
 minima (`better_minima`).
 
 Source
@@ -26,18 +26,33 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fibrefit.core.arrays import RAN_AWAY
+from fibrefit.core.matrices import equilibrated, solved
 from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode, eliminated
-from fibrefit.problem.linear_model.unknowns import RIGID, Corrected, Gram, Place, Unknowns
+from fibrefit.problem.linear_model.unknowns import Corrected, Gram, Place, Unknowns
 from fibrefit.problem.linear_model.view import View
-from fibrefit.problem.statement.layout import RAN_AWAY
-from fibrefit.problem.statement.matrices import equilibrated, solved
 
 MODE_TOLERANCE = 0.02
 """Predicted reduction of Q that is not taken any more; two are a factor e in probability."""
-NOTICED = 1.0
+NOTICEABLE_FALL = 1.0
 """Fall of Q that is worth further evaluations."""
 STEPS = 40
 """Evaluations at the most."""
+LEAST_DAMPING, CAUTIOUS, STIFFEST = 1e-10, 1e-4, 1e16
+"""Damping of a step whose size nothing limits, of the first one, and beyond which there is no step."""
+SHORTEST_STEP = 0.1
+"""Share of a step that led nowhere, below which the next one is not shortened at once."""
+ON_RADIUS = 1.1
+"""Factor to which a step has the size of the radius."""
+FIRST_SIGMA = 0.004
+"""Standard deviation a search begins with."""
+BROAD = 0.02
+"""Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
+ROUGH_TOLERANCE = 0.1
+"""Predicted reduction of Q at which a record-wise start ends."""
+FAR_BELOW = 0.8
+"""Share of the rise that slopes predict, below which a record is begun on that side: of five drops one had another
+minimum, and rose on that side by 0.4 to 0.7 of what it did on the other; both sides of the others were within 1 %."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +93,13 @@ class Effort:
             return True
         so_far = self.share * (self.before - found.objective) if np.isfinite(self.before) else 0.0
         fall = lowest[-self.patience] - found.objective
-        return found.objective <= self.worthless and fall >= max(NOTICED, so_far)
+        return found.objective <= self.worthless and fall >= max(NOTICEABLE_FALL, so_far)
 
 
 EVERYTHING = Effort()
 """To the end."""
+NEARBY = Effort(steps=12)
+"""How long the other minimum of a record is looked for: it is near, or it is none."""
 
 
 @RAN_AWAY
@@ -154,14 +171,6 @@ def _again(found: PosteriorMode, gram: Gram) -> PosteriorMode:
     return replace(found, normal=Arrowhead.at(found.unknowns, found.place, gram), steps=found.steps + 1)
 
 
-LEAST_DAMPING, CAUTIOUS, STIFFEST = 1e-10, 1e-4, 1e16
-"""Damping of a step whose size nothing limits, of the first one, and beyond which there is no step."""
-SHORTEST_STEP = 0.1
-"""Share of a step that led nowhere, below which the next one is not shortened at once."""
-ON_RADIUS = 1.1
-"""Factor to which a step has the size of the radius."""
-
-
 class DampedStep(NamedTuple):
     """A step inside the bounds and within reach.
 
@@ -220,55 +229,34 @@ def _trial(found: PosteriorMode, damping: float) -> DampedStep:
     """A damped step inside the bounds."""
     unknowns, place = found.unknowns, found.place
     whole = found.normal.with_priors(unknowns, place, found.sigma)
+    shared, blocks = (matrix + damping * np.eye(matrix.shape[-1]) * matrix for matrix in (whole.shared, whole.blocks))
+    schur, pull = eliminated(shared, whole.cross, blocks, whole.pull, whole.pulls)
     stuck = ((place.z <= unknowns.lower) & (whole.pull > 0.0)) | ((place.z >= unknowns.upper) & (whole.pull < 0.0))
     free = ~stuck & (np.diag(whole.shared) > 0.0)
-    held = np.zeros(len(place.z))
+    fixed = np.zeros(len(place.z))
     for _ in range(len(free) + 1):
-        dz, own = _solved(whole, damping, free, held)
+        dz = np.where(free, 0.0, fixed)
+        right = pull + schur @ dz
+        if free.any():
+            scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
+            inside, wanted = equilibrated(schur[np.ix_(free, free)], scale), right[free] / scale
+            # Where slopes are lost though the motion is not, no step leads anywhere.
+            known = np.isfinite(inside).all() and np.isfinite(wanted).all()
+            dz[free] = -np.linalg.lstsq(inside, wanted, rcond=1e-13)[0] / scale if known else np.nan
         outside = free & ((place.z + dz < unknowns.lower) | (place.z + dz > unknowns.upper))
         if not outside.any():
             break
-        # What would leave its bounds is brought to them, and the others move with it held there.
-        held = np.where(outside, np.clip(place.z + dz, unknowns.lower, unknowns.upper) - place.z, held)
+        # What would leave its bounds is brought to them, and the others move with it fixed there.
+        fixed = np.where(outside, np.clip(place.z + dz, unknowns.lower, unknowns.upper) - place.z, fixed)
         free &= ~outside
+    own = solved(blocks, -(whole.pulls + np.einsum("i,rij->rj", dz, whole.cross))[..., None])[..., 0]
     n = len(unknowns.each)
-    way = Place(place.z + dz, place.own + own[:, :n], place.eta + own[:, n:], place.rest)
+    there = Place(place.z + dz, place.own + own[:, :n], place.eta + own[:, n:], place.rest)
     slope = -2.0 * float(whole.pull @ dz + np.sum(whole.pulls * own))
     bend = dz @ whole.shared @ dz + 2.0 * np.einsum("i,rij,rj->", dz, whole.cross, own)
     bend += np.einsum("ri,rij,rj->", own, whole.blocks, own)
     size = np.diag(whole.shared) @ dz**2 + np.sum(np.einsum("rii->ri", whole.blocks) * own**2)
-    return DampedStep(way, slope - float(bend), slope, float(np.sqrt(size)))
-
-
-def _solved(whole: Arrowhead, damping: float, free: np.ndarray, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Steps of shared and own unknowns; those that are not free go where they are held."""
-    dz, shared, blocks = np.where(free, 0.0, held), _damped(whole.shared, damping), _damped(whole.blocks, damping)
-    schur, right = eliminated(shared, whole.cross, blocks, whole.pull, whole.pulls)
-    right = right + schur @ dz
-    if free.any():
-        scale = np.sqrt(np.maximum(np.diag(whole.shared)[free], 1e-300))
-        inside, wanted = equilibrated(schur[np.ix_(free, free)], scale), right[free] / scale
-        # Where slopes are lost though the motion is not, no step leads anywhere.
-        known = np.isfinite(inside).all() and np.isfinite(wanted).all()
-        dz[free] = -np.linalg.lstsq(inside, wanted, rcond=1e-13)[0] / scale if known else np.nan
-    return dz, _own_step(whole, dz, damping)
-
-
-def _own_step(whole: Arrowhead, dz: np.ndarray, damping: float) -> np.ndarray:
-    right = -(whole.pulls + np.einsum("i,rij->rj", dz, whole.cross))
-    return solved(_damped(whole.blocks, damping), right[..., None])[..., 0]
-
-
-def _damped(matrix: np.ndarray, damping: float) -> np.ndarray:
-    return matrix + damping * np.eye(matrix.shape[-1]) * matrix
-
-
-BROAD = 0.02
-"""Standard deviation between records with which the noise is first looked for: what they differ by is not in it."""
-
-
-ROUGHLY_THERE = 0.1
-"""Promised fall of the objective at which that descent ends."""
+    return DampedStep(there, slope - float(bend), slope, float(np.sqrt(size)))
 
 
 def record_wise_start(unknowns: Unknowns, places: Sequence[Place], seen: View, horizons: np.ndarray) -> Place:
@@ -287,31 +275,18 @@ def record_wise_start(unknowns: Unknowns, places: Sequence[Place], seen: View, h
         See `Task`.
     """
     sigma = np.full(len(unknowns.scattering), BROAD)
-    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGHLY_THERE) for place in places]
+    found = [mode(unknowns, place, seen.gram(unknowns), sigma, ROUGH_TOLERANCE) for place in places]
     for way in horizons:
         there = places[0]._replace(eta=np.zeros_like(places[0].eta))
         for counts in way:
             shorter = replace(seen, problem=seen.problem.until(np.asarray(counts)))
-            end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGHLY_THERE)
+            end = mode(unknowns, there, shorter.gram(unknowns), sigma, ROUGH_TOLERANCE)
             there = end.place
         found.append(end)
     best = np.argmin([end.normal.costs for end in found], axis=0)
     local = np.stack([found[i].local[r] for r, i in enumerate(best)])
-    found.append(mode(unknowns, unknowns.place_of(local), seen.gram(unknowns), sigma, ROUGHLY_THERE))
-    return _lowest(found).place
-
-
-def _lowest(ends: Sequence[PosteriorMode]) -> PosteriorMode:
-    return min(ends, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf)
-
-
-NEARBY = Effort(steps=12)
-"""How long that minimum is looked for: it is near, or it is none."""
-
-
-FAR_BELOW = 0.8
-"""Share of the rise that slopes predict, below which a record is begun on that side: of five drops one had another
-minimum, and rose on that side by 0.4 to 0.7 of what it did on the other; both sides of the others were within 1 %."""
+    found.append(mode(unknowns, unknowns.place_of(local), seen.gram(unknowns), sigma, ROUGH_TOLERANCE))
+    return min(found, key=lambda end: end.objective if np.isfinite(end.objective) else np.inf).place
 
 
 def better_minima(found: PosteriorMode, gram: Gram, descent: Gram) -> Place | None:
@@ -329,9 +304,9 @@ def better_minima(found: PosteriorMode, gram: Gram, descent: Gram) -> Place | No
     if not away.any():
         return None
     unknowns, place = found.unknowns, found.place
-    held = unknowns.holding(np.arange(len(unknowns.shared)), place.z)
-    there = mode(held, place._replace(eta=place.eta + away), descent, found.sigma, effort=NEARBY)
-    better = costs_of(there) < costs_of(found) - NOTICED
+    fixed = unknowns.fixed_at(np.arange(len(unknowns.shared)), place.z)
+    there = mode(fixed, place._replace(eta=place.eta + away), descent, found.sigma, effort=NEARBY)
+    better = there.record_costs() < found.record_costs() - NOTICEABLE_FALL
     if not better.any():
         return None
     own, eta = (
@@ -354,38 +329,15 @@ def beyond_the_parabola(found: PosteriorMode, gram: Gram) -> np.ndarray:
     steps = np.maximum(found.sigma[which], FIRST_SIGMA) * np.tile([1.0, -1.0], differing.size)
     columns = unknowns.scattering[which]
     z = unknowns.shared_coordinates(place)
-    targets = np.stack([_moved(unknowns, z, *side) for side in zip(columns, steps, strict=True)], axis=1)
+    # Of each side only the column that moves: with all coordinates moved at once values are the same.
+    targets = np.stack([unknowns.value(z + step)[:, i] for i, step in zip(columns, steps, strict=True)], axis=1)
     grams = gram(unknowns.local_of(place), unknowns.shared[columns], targets)
     rise = np.einsum("rii->ri", grams)[:, :-1] + 2.0 * grams[:, :-1, -1]
     mine = len(unknowns.each) + which
     predicted = normal.blocks[:, mine, mine] * steps**2 + 2.0 * normal.pulls[:, mine] * steps
-    told = predicted > NOTICED
-    share = np.where(told, rise / np.where(told, predicted, 1.0), np.inf)
+    known = predicted > NOTICEABLE_FALL
+    share = np.where(known, rise / np.where(known, predicted, 1.0), np.inf)
     best = np.argmin(np.where(np.isfinite(share), share, np.inf), axis=1)
-    begun = share[np.arange(len(share)), best] < FAR_BELOW
-    nothing[np.flatnonzero(begun), which[best[begun]]] = steps[best[begun]]
+    there = share[np.arange(len(share)), best] < FAR_BELOW
+    nothing[np.flatnonzero(there), which[best[there]]] = steps[best[there]]
     return nothing
-
-
-def costs_of(found: PosteriorMode, sigma: np.ndarray | None = None) -> np.ndarray:
-    """Share of Q of each record, ``(n_record,)``, beside what is believed of what they share.
-
-    Parameters
-    ----------
-    found : PosteriorMode
-    sigma : (n_scattering,), optional
-        Standard deviations by which deviations count; those of the mode by default.
-    """
-    deviations = found.place.eta / np.maximum(found.sigma if sigma is None else sigma, RIGID)
-    return np.asarray(found.normal.costs + np.sum(deviations**2, axis=1))
-
-
-def _moved(unknowns: Unknowns, z: np.ndarray, column: int, step: float) -> np.ndarray:
-    """Values ``(n_record,)`` of a deviating column of the coordinates ``(n_record, n_shared)``, a step further."""
-    there = z.copy()
-    there[:, column] += step
-    return unknowns.value(there)[:, column]
-
-
-FIRST_SIGMA = 0.004
-"""Standard deviation a search begins with."""

@@ -11,71 +11,21 @@ an error that is known; where the model lacks something they are led to differen
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from scipy.fft import next_fast_len, rfft
+from scipy.special import chdtrc
 
+from fibrefit.core.arrays import assembled, gathered
+from fibrefit.core.matrices import pseudo_inverse
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
 from fibrefit.problem.noise.spectrum import half_weights, products_of_spectra
 from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
-from fibrefit.problem.statement.layout import Layout, assembled, gathered, normal_equations
-from fibrefit.problem.statement.matrices import pseudo_inverse
+from fibrefit.problem.statement.layout import Layout, normal_equations
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.problem.thresholds import SLIGHT, UNLIKELY
 from fibrefit.study.summaries.check import Check
-
-QUIETEST = 1e-6
-"""Level of a channel that says nothing."""
-
-
-class Whitened(NamedTuple):
-    """A linearised problem seen through a whitening.
-
-    Parameters
-    ----------
-    covariance : (n_free, n_free)
-        Of the estimate, if the whitening is right; zero where nothing is seen.
-    gradient : (n_free,)
-        Products of slopes and residuals.
-    level : (n_channel,)
-        Noise over what the whitening assumes.
-    """
-
-    covariance: np.ndarray
-    gradient: np.ndarray
-    level: np.ndarray
-
-    @property
-    def step(self) -> np.ndarray:
-        """To where the whitened residuals are smallest, ``(n_free,)``."""
-        return -self.covariance @ self.gradient
-
-
-def whitened(
-    layout: Layout, linear: Linearised, whitening: Whitening, level: np.ndarray | None, belief: np.ndarray | None = None
-) -> Whitened:
-    """Whiten a linearised problem.
-
-    Law
-    ---
-    s = -(J'C^-1 J)^-1 J'C^-1 r, with C the covariance of the noise.
-
-    Parameters
-    ----------
-    level : (n_channel,) or None
-        Noise over what the whitening assumes; None: as large as the residuals are.
-    belief : (n_free + 1, n_free + 1), optional
-        See `Layout.prior_gram`.
-    """
-    columns = np.concatenate([np.asarray(linear.slopes), np.asarray(linear.residuals)[..., None]], axis=-1)
-    fresh = np.asarray(innovations(whitening, columns))
-    if level is None:
-        level = _level(fresh[..., -1], np.maximum(np.count_nonzero(columns[..., -1], axis=(0, 2)), 1))
-    fresh = fresh / level[:, None, None]
-    normal, gradient = normal_equations(layout, fresh[..., :-1], fresh[..., -1], belief)
-    return Whitened(pseudo_inverse(normal), gradient, level)
 
 
 def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -91,7 +41,8 @@ def level_of(whitening: Whitening, residuals: np.ndarray, counts: np.ndarray) ->
 
 
 def _level(fresh: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    return np.maximum(np.sqrt(np.sum(fresh**2, axis=(0, 2)) / counts), QUIETEST)
+    # A channel that says nothing has a level too: what is divided by it stays a number.
+    return np.maximum(np.sqrt(np.sum(fresh**2, axis=(0, 2)) / counts), 1e-6)
 
 
 @dataclass(frozen=True)
@@ -146,12 +97,17 @@ class HausmanTest:
             counts = np.append(moving, [True, True])
             linear = linear._replace(slopes=np.asarray(linear.slopes) * counts[layout.local_columns][:, None, None, :])
             belief = None if belief is None else belief * np.outer(counts[:-1], counts[:-1])
-        slopes = np.asarray(linear.slopes)
-        there = whitened(layout, linear, whitening, level, belief)
+        slopes, residuals = np.asarray(linear.slopes), np.asarray(linear.residuals)
+        white = np.asarray(innovations(whitening, np.concatenate([slopes, residuals[..., None]], axis=-1)))
+        if level is None:
+            level = _level(white[..., -1], np.maximum(np.count_nonzero(residuals, axis=(0, 2)), 1))
+        white = white / level[:, None, None]
+        normal, gradient = normal_equations(layout, white[..., :-1], white[..., -1], belief)
+        covariance = pseudo_inverse(normal)
         prior = 0.0 if belief is None else belief[:-1, :-1]
-        bread = pseudo_inverse(normal_equations(layout, slopes, np.asarray(linear.residuals))[0] + prior)
-        middle = assembled(scattered(slopes, whitening, there.level), layout.local_columns, layout.size) + prior
-        return cls.of(there.step, bread @ middle @ bread, there.covariance)
+        bread = pseudo_inverse(normal_equations(layout, slopes, residuals)[0] + prior)
+        middle = assembled(scattered(slopes, whitening, level), layout.local_columns, layout.size) + prior
+        return cls.of(-covariance @ gradient, bread @ middle @ bread, covariance)
 
     @classmethod
     def with_input_errors(
@@ -220,8 +176,6 @@ class HausmanTest:
         ------
         Hausman, Econometrica 46 (1978).
         """
-        from scipy.special import chdtrc
-
         seen = np.diag(of_plain) > 0.0
         unit = np.where(seen, 1.0 / np.sqrt(np.where(seen, np.diag(of_plain), 1.0)), 0.0)
         excess, difference = (of_plain - of_whitened) * np.outer(unit, unit), difference * unit

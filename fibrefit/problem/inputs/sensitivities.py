@@ -29,12 +29,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.arrays import RAN_AWAY
 from fibrefit.core.threads import for_each
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, downweights, expanded, input_errors
 from fibrefit.problem.noise.coloured import BlockFilter
 from fibrefit.problem.noise.rounding import before_rounding
 from fibrefit.problem.noise.whitening import Levelled, Whitening
-from fibrefit.problem.statement.layout import RAN_AWAY
 from fibrefit.problem.statement.observations import Steps, rows_in_steps
 from fibrefit.problem.task import Task
 

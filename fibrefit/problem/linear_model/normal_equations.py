@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.linear_model.unknowns import Gram, Place, Unknowns
-from fibrefit.problem.statement.matrices import solved
+from fibrefit.core.matrices import solved
+from fibrefit.problem.linear_model.unknowns import RIGID, Gram, Place, Unknowns
 
 
 class Arrowhead(NamedTuple):
@@ -121,6 +121,17 @@ class PosteriorMode:
     def objective(self) -> float:
         """Q."""
         return self.normal.cost + self.unknowns.penalty(self.place, self.sigma)
+
+    def record_costs(self, sigma: np.ndarray | None = None) -> np.ndarray:
+        """Share of Q of each record, ``(n_record,)``, beside what is believed of what they share.
+
+        Parameters
+        ----------
+        sigma : (n_scattering,), optional
+            Standard deviations by which deviations count; those of the mode by default.
+        """
+        deviations = self.place.eta / np.maximum(self.sigma if sigma is None else sigma, RIGID)
+        return np.asarray(self.normal.costs + np.sum(deviations**2, axis=1))
 
     def overdispersion(self, products: np.ndarray, grams: np.ndarray, covariance: np.ndarray) -> np.ndarray:
         """Sandwich variance of each shared value over the one it is taken to have, ``(n_shared,)``.
@@ -230,18 +241,3 @@ def eliminated(
     share = solved(blocks, np.broadcast_to(right, (*blocks.shape[:-2], *right.shape[-2:])))
     whole = np.einsum("rij,...rjk->...ik", cross, share)
     return shared - whole[..., :-1], pull - whole[..., -1]
-
-
-def overdispersion_of_change(products: np.ndarray) -> float:
-    """The same along one finite change of the readings, such as that which an effect makes.
-
-    Where a change bends, as a bounce makes it, slopes at its end say nothing of it: it may lie in a few readings that
-    tails of the noise have made loud.
-
-    Parameters
-    ----------
-    products : (n_record, n_stretch, 2, 2)
-        Of the change and of residuals within each stretch of a record, the residuals last.
-    """
-    size = float(np.sum(products[..., 0, 0]))
-    return float(np.sum(products[..., 0, 1] ** 2)) / size if size > 0.0 else 1.0

@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from fibrefit.problem.statement.layout import Layout, Slot
-from fibrefit.problem.thresholds import NOT_LOGARITHMIC
+from fibrefit.problem.thresholds import PROVEN_FACTOR
 
 DIFFERENCE_STEP = 1e-6
 """Difference step of a coordinate."""
@@ -46,7 +46,7 @@ class Place(NamedTuple):
     own : (n_record, n_each) in units of their sizes
     eta : (n_record, n_scattering)
     rest : (n_record, n_local) in SI units
-        Values that are held.
+        Values that are fixed.
     """
 
     z: np.ndarray
@@ -146,7 +146,7 @@ class Unknowns:
         places = {name: i for i, name in enumerate(layout.names)}
         own = [slot for slot in layout.slots if slot.free and not slot.shared]
         records = len(layout.records)
-        free = np.array([[slot.held(r) is None for slot in own] for r in range(records)], dtype=bool)
+        free = np.array([[slot.fixed_in(r) is None for slot in own] for r in range(records)], dtype=bool)
         beliefs = [
             slot.belief.of_coordinate(*row[:3]) if slot.belief else (0.0, FLAT)
             for (_, slot), row in zip(entries, rows, strict=True)
@@ -191,12 +191,12 @@ class Unknowns:
         z = np.where(self.log, np.log(np.maximum(ratio, 1e-300)), (value - self.reference) / self.scale)
         return np.clip(z, self.lower, self.upper)
 
-    def holding(self, places: np.ndarray | int, z: np.ndarray) -> Unknowns:
-        """The same with some of the shared coordinates held where they are.
+    def fixed_at(self, places: np.ndarray | int, z: np.ndarray) -> Unknowns:
+        """The same with some of the shared coordinates fixed where they are.
 
         Parameters
         ----------
-        places : (n_held,) int
+        places : (n_fixed,) int
         z : (n_shared,)
         """
         lower, upper = self.lower.copy(), self.upper.copy()
@@ -331,7 +331,8 @@ def _row(slot: Slot, value: float, error: float) -> tuple[bool, float, float, fl
     spans = limits.log if "." in slot.name else limits.lower >= 0.0
     if slot.belief is not None:
         spans = slot.belief.log
-    if spans and value > 0.0 and error < NOT_LOGARITHMIC * value:
+    # A logarithm is normal where zero is far away; of other values no deviations are looked for either.
+    if spans and value > PROVEN_FACTOR * error:
         with np.errstate(divide="ignore"):
             return True, value, 1.0, float(np.log(max(limits.lower, 0.0) / value)), float(np.log(limits.upper / value))
     return False, value, limits.scale, (limits.lower - value) / limits.scale, (limits.upper - value) / limits.scale

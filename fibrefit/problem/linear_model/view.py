@@ -17,7 +17,7 @@ from fibrefit.problem.linear_model.normal_equations import PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Gram, Unknowns
 from fibrefit.problem.noise.coloured import Coloured
 from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
-from fibrefit.problem.statement.problem import Linearised, Problem
+from fibrefit.problem.statement.problem import Problem
 
 DRAWS_OF_ERRORS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
@@ -68,8 +68,17 @@ class View:
         def of(local: np.ndarray, columns: np.ndarray, targets: np.ndarray) -> np.ndarray:
             check_time()
             steps = targets - local[:, columns]
-            linear = self.problem.followed(local)[0]
-            return _products(linear, places, steps, self.whitening, self.sensitivities)
+            linear, known = self.problem.evaluate(local)[0], self.sensitivities
+            residuals = np.asarray(linear.residuals)
+            if known is not None:
+                offset = np.asarray(known.offset).reshape(residuals.shape)
+                residuals = np.where(residuals != 0.0, residuals + offset, 0.0)
+            moved = np.asarray(linear.slopes)[..., places] * steps[:, None, None, :]
+            rows = np.moveaxis(np.concatenate([moved, residuals[..., None]], axis=-1), -1, 1)
+            rows = rows if self.whitening is None else np.asarray(_whitened(self.whitening, rows))
+            rows = rows.reshape(*rows.shape[:2], -1)
+            grams = rows @ np.swapaxes(rows, 1, 2)
+            return grams if known is None else known.eliminated(grams, known.products(rows))
 
         return of
 
@@ -79,7 +88,7 @@ class View:
         The first draw is at the best errors of the inputs, the others where these may be as well; where no input is
         noisy there is one, whatever `draws` is.
         """
-        rows = np.asarray(self.problem.followed(local)[0].residuals)
+        rows = np.asarray(self.problem.evaluate(local)[0].residuals)
         if self.sensitivities is None or self.raw is None:
             return rows[None], {}
         rows = self.without_errors(rows)
@@ -87,7 +96,7 @@ class View:
         random, found, best = np.random.default_rng(0), [], []
         for row, own, seen, raw in zip(rows, white, self.sensitivities.records, self.raw.records, strict=True):
             best.append(-seen.best(own.reshape(1, -1))[0])
-            errors = drawn_about(best[-1], np.linalg.cholesky(seen.inverse), draws, random)
+            errors = gaussian_draws(best[-1], np.linalg.cholesky(seen.inverse), draws, random)
             found.append(row + raw.imitated(errors, row.size).reshape(draws, *row.shape))
         return np.stack(found, axis=1), self.raw.named(best)
 
@@ -118,15 +127,15 @@ class View:
         local = mode.local
         best = self.residuals(local, draws)[0]
         places = np.searchsorted(np.asarray(self.problem.layout.local_free), mode.unknowns.columns)
-        slopes = np.asarray(self.problem.followed(local)[0].slopes)[..., places]
+        slopes = np.asarray(self.problem.evaluate(local)[0].slopes)[..., places]
         moved = np.einsum("rcti,rik->krct", slopes, roots)
         if self.sensitivities is not None and self.raw is not None:
             white = moved if self.whitening is None else np.asarray(self.whitening.whiten_rows(jnp.asarray(moved)))
-            moved = beyond_inputs(moved, white, self.sensitivities, self.raw)
-        return spread_about(best, moved)
+            moved = with_best_input_errors(moved, white, self.sensitivities, self.raw)
+        return antithetic_draws(best, moved)
 
 
-def drawn_about(best: np.ndarray, root: np.ndarray, draws: int, random: np.random.Generator) -> np.ndarray:
+def gaussian_draws(best: np.ndarray, root: np.ndarray, draws: int, random: np.random.Generator) -> np.ndarray:
     """The best errors of inputs ``(n_wave,)``, and draws of what is not known of them, ``(n_draw, n_wave)``.
 
     Parameters
@@ -140,33 +149,13 @@ def drawn_about(best: np.ndarray, root: np.ndarray, draws: int, random: np.rando
     return np.stack([best + (i > 0) * root @ random.standard_normal(len(root)) for i in range(draws)])
 
 
-def _products(
-    linear: Linearised,
-    places: np.ndarray,
-    steps: np.ndarray,
-    whitening: RowWhitening | None,
-    sensitivities: InputSensitivities | None,
-) -> np.ndarray:
-    """Products of changes and residuals, ``(n_record, n_column + 1, n_column + 1)``."""
-    residuals = np.asarray(linear.residuals)
-    if sensitivities is not None:
-        offset = np.asarray(sensitivities.offset).reshape(residuals.shape)
-        residuals = np.where(residuals != 0.0, residuals + offset, 0.0)
-    moved = np.asarray(linear.slopes)[..., places] * steps[:, None, None, :]
-    rows = np.moveaxis(np.concatenate([moved, residuals[..., None]], axis=-1), -1, 1)
-    rows = rows if whitening is None else np.asarray(_whitened(whitening, rows))
-    rows = rows.reshape(*rows.shape[:2], -1)
-    grams = rows @ np.swapaxes(rows, 1, 2)
-    return grams if sensitivities is None else sensitivities.eliminated(grams, sensitivities.products(rows))
-
-
 @kept_program
 def _whitened(whitening: RowWhitening, rows: jax.Array) -> jax.Array:
     """Innovations of ``(n_record, n_row, n_channel, n_time)``."""
     return jnp.moveaxis(whitening.whiten_rows(jnp.moveaxis(rows, 1, 0)), 0, 1)
 
 
-def beyond_inputs(
+def with_best_input_errors(
     moved: np.ndarray, white: np.ndarray, known: InputSensitivities, raw: InputSensitivities
 ) -> np.ndarray:
     """Changes of the residuals that are left once errors of inputs, at their best, follow them.
@@ -186,7 +175,7 @@ def beyond_inputs(
     return left
 
 
-def spread_about(best: np.ndarray, moved: np.ndarray) -> np.ndarray:
+def antithetic_draws(best: np.ndarray, moved: np.ndarray) -> np.ndarray:
     """Residuals and, in both directions, each of some independent changes of them, whose mean power is that of all.
 
     Parameters

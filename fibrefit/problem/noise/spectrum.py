@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from fibrefit.problem.statement.layout import RAN_AWAY
+from fibrefit.core.arrays import RAN_AWAY
 
 MAINS = (50.0, 60.0)
 """Frequencies in Hz of the grids of the world: a line that is not known better lies at one of them."""

@@ -18,10 +18,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.matrices import least_squares
 from fibrefit.core.programs import kept_program
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.layout import Layout, normal_equations
-from fibrefit.problem.statement.matrices import least_squares
 from fibrefit.problem.statement.observations import Observations
 from fibrefit.problem.statement.problem import Linearised, Problem
 

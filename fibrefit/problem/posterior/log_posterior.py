@@ -252,8 +252,6 @@ class RandomEffects(eqx.Module):
         return middle + sigma * np.einsum("rij,rj->ri", root, random.standard_normal(middle.shape))
 
 
-LEVEL_SPREAD = 1.0
-"""Default prior of an unknown noise level: log-normal around the estimate, a factor e either way."""
 TAIL_PRIOR = Prior(True, 15.0, 1.0, 2.0, 200.0, "default")
 """Of the degrees of freedom: from tails as heavy as can be, with a variance still, to none at all."""
 
@@ -389,5 +387,6 @@ residuals_at.defvjp(_forwards, _product)
 def noise_priors(likelihood: Likelihood) -> tuple[Prior, ...]:
     """Default priors of the noise coordinates' exponentials."""
     levels = sum(not known for known in likelihood.known)
-    level = Prior(True, 1.0, LEVEL_SPREAD, 0.0, math.inf, "default")
+    # Of an unknown level: log-normal around the estimate, a factor e either way.
+    level = Prior(True, 1.0, 1.0, 0.0, math.inf, "default")
     return (level,) * levels + ((TAIL_PRIOR,) if likelihood.heavy else ())

@@ -11,6 +11,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.special import ndtr, ndtri
 
 from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import StudyError
@@ -20,9 +21,6 @@ from fibrefit.simulation.model import Model
 
 if TYPE_CHECKING:  # its module needs pydantic, which this one does not
     from fibrefit.study.parameters import PriorSetting
-
-WIDE_LOG = math.log(1000.0)
-"""Default standard deviation of the logarithm of a positive parameter without limits: three decades."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +101,6 @@ class Prior:
 
     def cdf(self, values: np.ndarray) -> np.ndarray:
         """Share of the prior below `values` (SI units), 0 to 1; NaN where the prior is not proper."""
-        from scipy.special import ndtr
-
         if not self.proper:
             return np.full(np.shape(values), np.nan)
         line = self._line(np.clip(values, self.lower, self.upper))
@@ -116,8 +112,6 @@ class Prior:
 
     def quantile(self, share: np.ndarray) -> np.ndarray:
         """Values (SI units) below which a `share` of the prior lies; the inverse of `cdf`."""
-        from scipy.special import ndtri
-
         share = np.asarray(share, dtype=float)
         if not self.proper:
             return np.full(share.shape, np.nan)
@@ -141,8 +135,6 @@ class Prior:
     @property
     def _share(self) -> tuple[float, float]:
         """Shares of the whole normal density below the lower and the upper limit."""
-        from scipy.special import ndtr
-
         low, high = ((end - float(self._line(self.centre))) / self.spread for end in self._ends)
         return float(ndtr(low)), float(ndtr(high))
 
@@ -240,7 +232,8 @@ def default_prior(declared: Parameter, limits: Range) -> Prior:
     if limits.log and all(limits.bounded):
         return Prior(True, limits.scale, math.inf, limits.lower, limits.upper, "default")
     if limits.log or declared.reciprocal:
-        return Prior(True, limits.scale, WIDE_LOG, max(limits.lower, 0.0), limits.upper, "default")
+        # A positive parameter without limits: a standard deviation of three decades.
+        return Prior(True, limits.scale, math.log(1000.0), max(limits.lower, 0.0), limits.upper, "default")
     if limits.upper - limits.lower <= 2.0 * WIDE_PRIOR * limits.scale:
         return Prior(False, 1.0, math.inf, limits.lower, limits.upper, "default")
     centre = min(max(declared.null, limits.lower), limits.upper)

@@ -13,22 +13,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.arrays import assembled, functions_for, gathered
 from fibrefit.core.declarations import Parameter
 
 if TYPE_CHECKING:  # its module needs pydantic, which this one does not
     from fibrefit.study.parameters import ParameterSetting
-
-RAN_AWAY = np.errstate(over="ignore", invalid="ignore")
-"""Decorates products of slopes: of a motion that ran away they are not finite, and not believed where they are used."""
-
-
-def functions_for(array: Any) -> Any:
-    """`jax.numpy` for what JAX holds or traces, `numpy` for all else: a number at hand needs no compiler."""
-    return jnp if isinstance(array, jax.Array) else np
 
 
 NUDGE = 1e-4
@@ -187,36 +178,6 @@ class Belief:
         return abs(self.spread / self.centre) if self.centre else float("inf")
 
 
-@RAN_AWAY
-def assembled(local: Any, columns: Any, size: int) -> Any:
-    """Sum of the records' own matrices in the places of the free values; NumPy or JAX.
-
-    Parameters
-    ----------
-    local : (n_record, n_local, n_local)
-    columns : (n_record, n_local) int
-        Places; one beyond `size` stands for nothing.
-
-    Returns
-    -------
-    (size, size)
-    """
-    places = columns[:, :, None], columns[:, None, :]
-    if (xp := functions_for(local)) is not np:
-        return xp.zeros((size, size)).at[places].add(local, mode="drop")
-    whole = np.zeros((max(size, int(columns.max(initial=0)) + 1),) * 2)
-    np.add.at(whole, places, local)
-    return whole[:size, :size]
-
-
-@RAN_AWAY
-def gathered(local: np.ndarray, columns: np.ndarray, size: int) -> np.ndarray:
-    """Sum of the records' own rows ``(n_record, n_local, ...)`` in the places of the free values, ``(size, ...)``."""
-    whole = np.zeros((max(size, int(columns.max(initial=0)) + 1), *local.shape[2:]))
-    np.add.at(whole, columns, local)
-    return whole[:size]
-
-
 def normal_equations(
     layout: Layout, slopes: np.ndarray, residuals: np.ndarray, belief: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -256,8 +217,8 @@ class Slot:
     fixed: tuple[float | None, ...] = ()
     belief: Belief | None = None
 
-    def held(self, record: int) -> float | None:
-        """Value held in a record, in SI units; None where it is free."""
+    def fixed_in(self, record: int) -> float | None:
+        """Value fixed in a record, in SI units; None where it is free."""
         return None if not self.fixed else self.fixed[0] if len(self.fixed) == 1 else self.fixed[record]
 
     @property
@@ -303,7 +264,7 @@ class Layout:
         shared: list[tuple[Slot, int | None]] = [(slot, None) for slot in free if slot.shared]
         own = [slot for slot in free if not slot.shared]
         each: list[tuple[Slot, int | None]] = [
-            (slot, r) for r in range(len(self.records)) for slot in own if slot.held(r) is None
+            (slot, r) for r in range(len(self.records)) for slot in own if slot.fixed_in(r) is None
         ]
         return tuple(shared + each)
 
@@ -320,7 +281,7 @@ class Layout:
         )
 
     @cached_property
-    def believed(self) -> tuple[tuple[int, Belief], ...]:
+    def beliefs(self) -> tuple[tuple[int, Belief], ...]:
         """Places of the free values of which something is believed beforehand, and what."""
         return tuple((i, slot.belief) for i, (slot, _) in enumerate(self.entries) if slot.belief is not None)
 
@@ -353,7 +314,7 @@ class Layout:
         """
         unit = np.eye(self.size + 1)
         whole = functions_for(values).zeros((self.size + 1,) * 2)
-        for i, belief in self.believed:
+        for i, belief in self.beliefs:
             row = unit[i] * belief.slope(values[i]) + unit[-1] * belief.residual(values[i])
             whole = whole + row[:, None] * row
         return whole
@@ -371,7 +332,7 @@ class Layout:
         index = np.zeros((len(self.records), len(self.slots)), dtype=int)
         for j, slot in enumerate(self.slots):
             for r in range(len(self.records)):
-                value = slot.held(r)
+                value = slot.fixed_in(r)
                 if value is None:
                     index[r, j] = place[slot.name, None if slot.shared else r]
                 else:
@@ -383,7 +344,7 @@ class Layout:
     def local_columns(self) -> np.ndarray:
         """Place of each record's own values among all free ones, ``(n_record, n_local_free)``.
 
-        A value held in this record but free in another has the place ``size + 1``: behind the free values and the
+        A value fixed in this record but free in another has the place ``size + 1``: behind the free values and the
         column of residuals that is appended to them.
         """
         columns = self._gather[0][:, list(self.local_free)]

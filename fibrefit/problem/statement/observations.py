@@ -100,8 +100,6 @@ def rows_in_steps(rows: jax.Array, weight: jax.Array, steps: Steps) -> jax.Array
     return jnp.concatenate([(residuals * weight * level)[:, None], rows[:, 1:] * (slope * level)[:, None]], axis=1)
 
 
-BY_SAMPLE = ("record", "sample")
-"""Dimensions of what every sample has, where it is written."""
 LENGTH_STEP = 512
 """Lengths are padded to a multiple of this, so that studies of like length share a compiled program."""
 
@@ -146,8 +144,12 @@ def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[Any]]) -> Observ
             raise DataError(trace.name, f"{len(trace.times)} samples", f"at least {FEWEST_READINGS}", do)
     longest = max(len(trace.times) for trace in traces)
     size = -(-longest // LENGTH_STEP) * LENGTH_STEP
+    times = [
+        np.concatenate([t, t[-1] + np.diff(t).mean() * np.arange(1, size - len(t) + 1)])
+        for t in (trace.times for trace in traces)
+    ]
     experiment = Experiment(
-        times=_stacked([_extended(trace.times, size) for trace in traces]),
+        times=_stacked(times),
         count=jax.device_put(np.array([len(trace.times) for trace in traces], dtype=np.int32)),
         conditions={name: _stacked([trace.conditions[name] for trace in traces]) for name in traces[0].conditions},
         inputs={
@@ -157,28 +159,17 @@ def stack(traces: Sequence[Trace], noise: Mapping[str, Sequence[Any]]) -> Observ
         duration=_stacked([float(trace.times[-1] - trace.times[0]) for trace in traces]),
     )
     channels = traces[0].channels
-    return Observations(
-        experiment,
-        {c: _stacked([_padded(np.nan_to_num(t.channels[c]), size) for t in traces]) for c in channels},
-        {
-            c: _stacked([_weight(t.channels[c], size, n) for t, n in zip(traces, noise[c], strict=True)])
-            for c in channels
-        },
-    )
-
-
-def _extended(times: np.ndarray, size: int) -> np.ndarray:
-    ahead = times[-1] + np.diff(times).mean() * np.arange(1, size - len(times) + 1)
-    return np.concatenate([times, ahead])
+    measured = {c: _stacked([_padded(np.nan_to_num(t.channels[c]), size) for t in traces]) for c in channels}
+    weight = {
+        c: _stacked([_padded(np.isfinite(t.channels[c]) / n, size, 0.0) for t, n in zip(traces, noise[c], strict=True)])
+        for c in channels
+    }
+    return Observations(experiment, measured, weight)
 
 
 def _padded(values: np.ndarray, size: int, fill: float | None = None) -> np.ndarray:
     last = values[-1] if fill is None else fill
     return np.concatenate([values, np.full(size - len(values), last)])
-
-
-def _weight(values: np.ndarray, size: int, noise: Any) -> np.ndarray:
-    return _padded(np.isfinite(values) / noise, size, 0.0)
 
 
 def _stacked(rows: Sequence[np.ndarray] | Sequence[float]) -> jax.Array:

@@ -12,9 +12,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.core.arrays import assembled, functions_for
 from fibrefit.core.programs import column_products, kept_program
-from fibrefit.problem.statement.layout import Layout, assembled, functions_for
-from fibrefit.problem.statement.observations import Observations, Steps, step_residuals
+from fibrefit.problem.statement.layout import Layout
+from fibrefit.problem.statement.observations import Observations, step_residuals
 from fibrefit.simulation.inputs import row
 from fibrefit.simulation.model import Experiment, Model, Response, corrected_conditions
 from fibrefit.simulation.switched import write
@@ -120,7 +121,7 @@ class Linearised(NamedTuple):
     slopes: Any
 
 
-class Moved(NamedTuple):
+class Trajectories(NamedTuple):
     """The motion behind the readings, by record.
 
     Parameters
@@ -193,10 +194,10 @@ class Problem(eqx.Module):
 
     def linearised_at(self, local: Any) -> Linearised:
         """As `linearised`, from the values of each record, ``(n_record, n_local)`` in SI units."""
-        return self.followed_at(local)[0]
+        return self.evaluate_at(local)[0]
 
-    def followed(self, local: np.ndarray) -> tuple[Linearised, Moved]:
-        """As `followed_at`, outside compiled programs; where it was evaluated at the same place last, that value.
+    def evaluate(self, local: np.ndarray) -> tuple[Linearised, Trajectories]:
+        """As `evaluate_at`, outside compiled programs; where it was evaluated at the same place last, that value.
 
         Noise, products, checks and motion are needed at one place by those who do not know of each other.
         """
@@ -204,33 +205,33 @@ class Problem(eqx.Module):
         place, known = local.tobytes(), _LAST.get(_ONE)
         if known is not None and known.problem() is self and known.place == place:
             return known.found
-        found = self.followed_at(local)
+        found = self.evaluate_at(local)
         _LAST[_ONE] = _Remembered(weakref.ref(self, _forget), place, found)
         return found
 
     # Compiled under their own names, they are traced once for all the programs that contain them.
     @kept_program
-    def followed_at(self, local: jax.Array) -> tuple[Linearised, Moved]:
+    def evaluate_at(self, local: jax.Array) -> tuple[Linearised, Trajectories]:
         """Residuals and slopes with the motion behind them, from the values of each record, ``(n_record, n_local)``.
 
         One program for both: the integrator is what takes long to compile.
         """
         # One after the other: what belongs to one record stays in the fast memory of a processor.
-        return jax.lax.map(lambda row: self.record_followed(*row), (local, self.observations))
+        return jax.lax.map(lambda row: self.evaluate_record(*row), (local, self.observations))
 
     @kept_program
-    def moved_at(self, local: jax.Array) -> Moved:
+    def trajectories_at(self, local: jax.Array) -> Trajectories:
         """The motion alone, from the values of each record, ``(n_record, n_local)`` in SI units."""
 
-        def one(row: tuple[jax.Array, Observations]) -> Moved:
+        def one(row: tuple[jax.Array, Observations]) -> Trajectories:
             local, data = row
             return self._moved(local, data.experiment, self._respond(local, data.experiment))
 
         return jax.lax.map(one, (local, self.observations))
 
     @kept_program
-    def record_followed(self, local: jax.Array, data: Observations) -> tuple[Linearised, Moved]:
-        """As `followed_at`, of one record, from its values ``(n_local,)`` and its data."""
+    def evaluate_record(self, local: jax.Array, data: Observations) -> tuple[Linearised, Trajectories]:
+        """As `evaluate_at`, of one record, from its values ``(n_local,)`` and its data."""
         columns = jnp.array(self.layout.local_free, dtype=int)
 
         def move(part: jax.Array) -> tuple[jax.Array, tuple[jax.Array, Response]]:
@@ -257,7 +258,7 @@ class Problem(eqx.Module):
         """
 
         def one(row: tuple[jax.Array, Observations]) -> jax.Array:
-            linear, _ = self.record_followed(*row)
+            linear, _ = self.evaluate_record(*row)
             columns = jnp.concatenate([linear.slopes, linear.residuals[..., None]], axis=-1)
             columns = columns.reshape(-1, columns.shape[-1])
             return column_products(columns, columns)
@@ -282,22 +283,19 @@ class Problem(eqx.Module):
 
         Not inside compiled programs.
         """
-        data = self.observations
-        cut = partial(jax.tree.map, lambda rows: jax.device_put(np.asarray(rows)[:, :samples]))
-        times, count = cut(data.experiment.times), np.minimum(np.asarray(data.experiment.count), samples)
-        inputs, count = cut(data.experiment.inputs), jax.device_put(count)
-        experiment = data.experiment._replace(times=times, count=count, inputs=inputs)
-        shorter = data._replace(experiment=experiment, measured=cut(data.measured), weight=cut(data.weight))
-        return eqx.tree_at(lambda problem: problem.observations, self, shorter)
+        return self._of_samples(slice(samples), np.minimum(np.asarray(self.observations.experiment.count), samples))
 
     def thinned(self, every: int) -> Problem:
         """The problem of one of `every` samples of each record, the first among them; not inside compiled programs."""
+        return self._of_samples(slice(None, None, every), -(-np.asarray(self.observations.experiment.count) // every))
+
+    def _of_samples(self, some: slice, count: np.ndarray) -> Problem:
         data = self.observations
-        thin = partial(jax.tree.map, lambda rows: jax.device_put(np.asarray(rows)[:, ::every]))
-        count = jax.device_put(-(-np.asarray(data.experiment.count) // every))
-        times, inputs = thin(data.experiment.times), thin(data.experiment.inputs)
-        experiment = data.experiment._replace(times=times, count=count, inputs=inputs)
-        fewer = data._replace(experiment=experiment, measured=thin(data.measured), weight=thin(data.weight))
+        cut = partial(jax.tree.map, lambda rows: jax.device_put(np.asarray(rows)[:, some]))
+        experiment = data.experiment._replace(
+            times=cut(data.experiment.times), count=jax.device_put(count), inputs=cut(data.experiment.inputs)
+        )
+        fewer = data._replace(experiment=experiment, measured=cut(data.measured), weight=cut(data.weight))
         return eqx.tree_at(lambda problem: problem.observations, self, fewer)
 
     @property
@@ -312,17 +310,23 @@ class Problem(eqx.Module):
         """Residuals ``(n_channel, n_time)`` of one record from its values ``(n_local,)`` and its data."""
         return self._residuals_of(self._respond(local, data.experiment), data)
 
-    def _moved(self, local: jax.Array, experiment: Experiment, response: Response) -> Moved:
+    def _moved(self, local: jax.Array, experiment: Experiment, response: Response) -> Trajectories:
         solution = response.solution
         fibres = self.model.stretched(dict(zip(self.layout.names, local, strict=True)), experiment, solution)
-        return Moved(response.channels, solution.states, solution.modes, solution.trouble, fibres)
+        return Trajectories(response.channels, solution.states, solution.modes, solution.trouble, fibres)
 
     def _residuals_of(self, response: Response, data: Observations) -> jax.Array:
         channels, jumps = self.model.rig.channels, response.jumps
         distances = jnp.stack([response.channels[c] - data.measured[c] for c in channels])
         heights = jnp.stack([jumps.heights[c] for c in channels])
         near = nearest_side(data.experiment.times, distances, jumps.instants, heights, jumps.number)
-        plain = jnp.stack([_units(d, data.weight[c], data.steps.get(c)) for c, d in zip(channels, near, strict=True)])
+        in_units = []
+        for channel, distance in zip(channels, near, strict=True):
+            weight, steps = data.weight[channel], data.steps.get(channel)
+            in_units.append(
+                distance * weight if steps is None else step_residuals(distance, steps) * (weight * steps.level)
+            )
+        plain = jnp.stack(in_units)
         if self.soft_beyond is None:
             return plain
         # The square of this is the soft-L1 loss; near zero it is the residual itself.
@@ -376,7 +380,7 @@ class _Remembered(NamedTuple):
 
     problem: weakref.ref[Problem]
     place: bytes
-    found: tuple[Linearised, Moved]
+    found: tuple[Linearised, Trajectories]
 
 
 _ONE = "last"
@@ -388,22 +392,3 @@ def _forget(problem: weakref.ref[Problem]) -> None:
     known = _LAST.get(_ONE)
     if known is not None and known.problem is problem:
         _LAST.pop(_ONE, None)
-
-
-def _units(distance: jax.Array, weight: jax.Array, steps: Steps | None) -> jax.Array:
-    """What is simulated less what was measured, in units of the noise."""
-    return distance * weight if steps is None else step_residuals(distance, steps) * (weight * steps.level)
-
-
-def gram_root(gram: Any) -> Any:
-    """A square matrix R with ``R'R = gram``, for a symmetric, positive semidefinite `gram`; NumPy or JAX.
-
-    With ``gram = [J r]'[J r]`` the last column of R and the others are a residual vector and its Jacobian that have the
-    same cost, gradient and normal matrix as those of all samples.
-    """
-    # Columns differ by many orders of magnitude; an eigenvalue is lost only against others of its own scale.
-    xp = functions_for(gram)
-    scale = xp.sqrt(xp.diag(gram))
-    scale = xp.where(scale > 0.0, scale, 1.0)
-    values, vectors = xp.linalg.eigh(gram / (scale[:, None] * scale))
-    return xp.sqrt(xp.maximum(values, 0.0))[:, None] * vectors.T * scale

@@ -9,7 +9,6 @@ import numpy as np
 from fibrefit.core.declarations import ROLES
 from fibrefit.core.formatting import format_quantity, in_words
 from fibrefit.problem.diagnose.newton import ForceBalance
-from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.records import Record
 from fibrefit.report.sentences.prediction import OF_PREDICTION, prediction_check_summaries, prediction_sentence
 from fibrefit.report.text import explained_told
@@ -27,6 +26,7 @@ from fibrefit.study.summaries.results import (
 )
 from fibrefit.workflow.fit_files import RESIDUALS, conditions_of_record, gap_summary
 from fibrefit.workflow.groups_in_common import (
+    BY_SAMPLE,
     conditions_group,
     motion_group,
     observed_group,
@@ -140,7 +140,7 @@ def _says(verdict: Verdict, channels: dict[str, PredictedChannel], checks: tuple
 def _record(found: Predicted, r: int, record: Record) -> RecordSummary:
     layout, local = found.task.problem.layout, found.held.local
     own = {
-        slot.name: ParameterSummary(value=float(local[r, j]), unit=slot.unit, free=slot.held(r) is None)
+        slot.name: ParameterSummary(value=float(local[r, j]), unit=slot.unit, free=slot.fixed_in(r) is None)
         for j, slot in enumerate(layout.slots)
         if slot.name not in found.known.parameters
     }

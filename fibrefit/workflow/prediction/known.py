@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 
 from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import sha256_of
-from fibrefit.problem.formulate.formulate import parameter_slots
+from fibrefit.problem.formulation import parameter_slots
 from fibrefit.simulation.model import Model
 from fibrefit.store.hdf5 import Groups, Variable, read_result
 from fibrefit.store.summary import files_of_result, folder_of_result, read_summary
@@ -283,7 +283,7 @@ def _marginals(found: Mapping[str, PosteriorParameter]) -> dict[str, ParameterSu
 def _held(study: Study, model: Model) -> dict[str, ParameterSummary]:
     """Values at which a study holds parameters of its model."""
     slots = parameter_slots(model, study.settings({parameter.name: parameter for parameter in model.parameters}))
-    held = {slot.name: (slot, slot.held(0)) for slot in slots}
+    held = {slot.name: (slot, slot.fixed_in(0)) for slot in slots}
     return {
         name: ParameterSummary(value=value, interval_95=(value, value), unit=slot.unit, free=False)
         for name, (slot, value) in held.items()

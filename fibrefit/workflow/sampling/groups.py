@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fibrefit.problem.statement.observations import BY_SAMPLE
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import LEVELS, Bands
 from fibrefit.store.hdf5 import Variable
 from fibrefit.workflow.groups_in_common import (
+    BY_SAMPLE,
     conditions_by_name,
     names_of_records,
     observed_group,

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from fibrefit.problem.formulate.formulate import stated_of
+from fibrefit.problem.formulation import stated_numbers
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.series.meta_analysis import BY_ORDER, Quantity
 from fibrefit.study import Study
@@ -45,7 +45,7 @@ def stated_conditions(units: Mapping[str, str], records: Sequence[RecordTable]) 
     records : sequence of record tables
         They may be of several studies.
     """
-    stated = [stated_of(record) for record in records]
+    stated = [stated_numbers(record) for record in records]
     found = [
         Quantity(
             name,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fibrefit.problem.statement.matrices import correlation_matrix, equilibrated, scale_of
+from fibrefit.core.matrices import correlation_matrix, equilibrated, scale_of
 
 UNITS = np.array([1e-7, 1.0, 2e9])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fibrefit.problem.linear_model.normal_equations import overdispersion_of_change
+from fibrefit.discovery.engine.laplace_inference import overdispersion_of_change
 
 
 def products(change: np.ndarray, residuals: np.ndarray) -> np.ndarray:

@@ -1,18 +1,26 @@
-"""From a study, its records and a model to a task; of planned records from their conditions and clock alone."""
+"""From a study, its records and a model to a task: traces, noise, free numbers, starting values.
+
+Of planned records from their conditions and clock alone.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from fibrefit.core.declarations import FORCES, ROLES, USUAL_NOISE, Parameter
 from fibrefit.core.errors import DataError, StudyError
-from fibrefit.core.limits import MOST_PLANNED, too_long
-from fibrefit.problem.diagnose.channels import are_exchanged, refuse_misread, refuse_turned, rules_out_a_factor
-from fibrefit.problem.formulate.traces import ESTIMATED, Measured, conditions_of, in_order, trace_of
+from fibrefit.core.limits import MOST_PLANNED, too_far_apart, too_long
+from fibrefit.problem.diagnose.channels import (
+    force_and_position_exchanged,
+    refuse_contradictory,
+    rules_out_a_factor,
+)
+from fibrefit.problem.inputs.smoothing import smoothed
 from fibrefit.problem.noise.readings import (
     at_rest,
     coarse_step,
@@ -32,23 +40,19 @@ from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import FEWEST_READINGS
 from fibrefit.records.thresholds import SAME_RATE
 from fibrefit.rigs.excitation import Excitation
-from fibrefit.rigs.rig import Starting
+from fibrefit.rigs.rig import Rig, Starting
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
-from fibrefit.simulation.model import Model
+from fibrefit.simulation.model import ORDER, Model
 from fibrefit.simulation.windows import WindowedModel
 from fibrefit.study import ParameterSetting, Study
 
+ESTIMATED = ("lift",)
+"""Conditions that the data can tell where a study is silent."""
 WINDOW = 0.1
 """Length in s of the windows of a motion that nothing brings back to its place, where the study states none."""
-EXACT = Noise(0.0, 0.0, 0.0, 0)
-EFFECT_SPREAD = 5.0
 EXCHANGED = "force and position look exchanged, as the position is rougher than the force"
 EXCHANGE_THEM = "Exchange the columns of force and position under [channels], or their headings."
-CENTRED = 0.5
-"""Relative standard deviation of a prior below which a search begins at its centre."""
-FIRST_SIZE = 0.1
-"""Share of its typical size at which an effect's parameter starts: large enough to have a slope in all of them."""
 
 
 def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
@@ -71,47 +75,89 @@ def formulate(study: Study, records: Sequence[Measured], model: Model) -> Task:
     study.refuse_without_records()
     declared = {parameter.name: parameter for parameter in model.parameters}
     settings = study.settings(declared)
-    stated = [stated_of(record) for record in study.records]
+    stated = [stated_numbers(record) for record in study.records]
     traces = in_order([trace_of(record, model.rig, said) for record, said in zip(records, stated, strict=True)])
     model = _in_windows(model, study, traces)
     noise, stated_over_rest = _noise(study, traces, model.rig.channels)
     given = tuple(stated_over_rest)
     if model.rig.prepared is not None:
         traces = [model.rig.prepared(trace) for trace in traces]
-    initial = {name: _begun(setting) for name, setting in settings.items()}
+    beliefs = {name: belief for name, setting in settings.items() if (belief := Belief.of(setting)) is not None}
+    # A search begins with the value that is stated, or with the centre of what is believed where zero is more than two
+    # standard deviations away from that.
+    initial = {name: setting.initial for name, setting in settings.items()}
+    for name, belief in beliefs.items():
+        if initial[name] is None and belief.relative < 0.5:
+            initial[name] = belief.centre
+    # Parameters that are known too well for a scale of the records to be off by a factor because of them.
+    known = {name for name, belief in beliefs.items() if rules_out_a_factor(belief.relative)}
     try:
-        refuse_turned(traces, model.rig)
-        refuse_misread(traces, model.rig, [effect.name for effect in model.effects], _well_known(settings))
+        refuse_contradictory(traces, model.rig, [effect.name for effect in model.effects], known)
         starting = model.rig.starting(traces, stated, initial)
     except DataError as error:
         raise _with_exchange(error, traces) from None
     _refuse_unknown_scale(study, model, settings, traces)
     layout = Layout(slots_of(model, settings, stated, traces), tuple(trace.name for trace in traces))
-    rms = {channel: _rms(study, noise, given, channel, traces) for channel in model.rig.channels}
-    found = {channel: steps_of(traces, channel, rms[channel]) for channel in rms}
+    rms = {channel: [noise[channel].rms(one.duration, one.rate) for one in traces] for channel in model.rig.channels}
+    # What is stated holds whatever the rate of a record.
+    rms |= {channel: [float(getattr(study.noise, channel))] * len(traces) for channel in given}
+    learnt = [
+        {name: float(starting.each[name][r]) for name in ESTIMATED if name in starting.each} for r in range(len(traces))
+    ]
+    completed = [
+        trace._replace(conditions={**trace.conditions, **own}) for trace, own in zip(traces, learnt, strict=True)
+    ]
+    start: dict[str, Any] = {**starting.each}
+    for name, parameter in declared.items():
+        given_value = initial[name]
+        start[name] = starting.shared.get(name, first_size(parameter)) if given_value is None else given_value
+    # An effect is looked for within a factor of five of where it starts.
+    spread = {name: starting.spread.get(name, 5.0) for name in declared if not settings[name].fixed}
+    spread |= {name: min(spread[name], 1.0 + 2.0 * one.relative) for name, one in beliefs.items() if name in spread}
+    inputs = dict.fromkeys(model.rig.inputs, Noise(0.0, 0.0, 0.0, 0))
+    # What a motor's force is wrong by does not show at rest: the error bars see it in the residuals.
+    if model.rig.anchor is None and not model.rig.derived:
+        measured = [
+            trace._replace(channels={**trace.channels, **{name: trace.inputs[name][:, 2] for name in inputs}})
+            for trace in traces
+        ]
+        inputs = _noise(study, measured, model.rig.inputs, inputs=True)[0]
+    steps = {channel: steps_of(traces, channel, rms[channel]) for channel in rms}
     return Task(
-        problem=Problem(model, layout, stack(_completed(traces, starting), _by_reading(model, traces, rms, given))),
+        problem=Problem(model, layout, stack(completed, _by_reading(model, traces, rms, given))),
         traces=tuple(traces),
-        start=_start(layout, declared, settings, starting),
-        spread=_spread(declared, settings, starting),
+        start=layout.pack(start),
+        spread=spread,
         horizons=_horizons(traces, starting),
         noise=noise,
-        input_noise=_input_noise(study, traces, model),
+        input_noise=inputs,
         noise_given=given,
         stated_over_rest=stated_over_rest,
         units={channel: ROLES[channel] for channel in model.rig.channels},
-        steps={channel: known for channel, known in found.items() if known is not None},
+        steps={channel: known for channel, known in steps.items() if known is not None},
     )
+
+
+def _horizons(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
+    """Samples of each record at each stage of each way to lengthen the horizon."""
+    span = starting.settled - starting.moving
+    ends = [[starting.moving + factor * span for factor in way] for way in starting.horizons]
+    places = [
+        [[int(np.searchsorted(trace.times, end[r])) for r, trace in enumerate(traces)] for end in way]
+        + [[len(trace.times) for trace in traces]]
+        for way in ends
+    ]
+    return np.array(places, dtype=np.int32)
 
 
 def _with_exchange(error: DataError, traces: Sequence[Trace]) -> DataError:
     """The error, with the likeliest reason where force and position stand in each other's place."""
-    if not are_exchanged(traces):
+    if not force_and_position_exchanged(traces):
         return error
     return DataError(error.where, f"{error.got}: {EXCHANGED}", error.expected, EXCHANGE_THEM)
 
 
-def stated_of(record: object) -> dict[str, float]:
+def stated_numbers(record: object) -> dict[str, float]:
     """Numbers a study states of a record, in SI units."""
     return {name: value for name, value in dict(record).items() if isinstance(value, float | int)}  # type: ignore[call-overload]
 
@@ -120,29 +166,25 @@ def _in_windows(model: Model, study: Study, traces: Sequence[Trace]) -> Model:
     """The model as its rig wants it: in windows where a motion is begun anew again and again."""
     if model.rig.anchor is None:
         return model
+    where, rate = str(study.source), traces[0].rate
     said = list(dict.fromkeys(record.window for record in study.records if record.window is not None))
     if len(said) > 1:
-        raise StudyError(
-            str(study.source),
-            f"windows of {said[0]:g} s and {said[1]:g} s",
-            "one length for all records",
-            "State one of them.",
-        )
-    rate = traces[0].rate
+        expected, do = "one length for all records", "State one of them."
+        raise StudyError(where, f"windows of {said[0]:g} s and {said[1]:g} s", expected, do)
     # All windows hold as many samples: of records at two rates, one cannot have those that are stated.
     for trace in traces:
         if said and abs(trace.rate / rate - 1.0) > SAME_RATE:
             raise StudyError(
-                str(study.source),
+                where,
                 f"a window of {said[0]:g} s, and records at {rate:g} Hz and at {trace.rate:g} Hz",
                 "one rate for all records",
                 "State no window, or fit the records of each rate by themselves.",
             )
     asked = round((said[0] if said else WINDOW) / traces[0].step)
-    window = max(asked, 16)
+    window = max(asked, FEWEST_READINGS)
     if said and window != asked:
         raise StudyError(
-            str(study.source),
+            where,
             f"a window of {said[0]:g} s at {rate:g} Hz",
             f"{window} samples or more",
             f"State {window / rate:g} s or more, or leave it out.",
@@ -150,72 +192,32 @@ def _in_windows(model: Model, study: Study, traces: Sequence[Trace]) -> Model:
     return WindowedModel(model.rig, model.effects, model.tension_law, window)
 
 
-def _input_noise(study: Study, traces: Sequence[Trace], model: Model) -> dict[str, Noise]:
-    """Noise of each input as it was measured."""
-    inputs = model.rig.inputs
-    if model.rig.anchor is not None or model.rig.derived:
-        # What a motor's force is wrong by does not show at rest: the error bars see it in the residuals.
-        return dict.fromkeys(inputs, EXACT)
-    raw = [
-        trace._replace(channels={**trace.channels, **{name: trace.inputs[name][:, 2] for name in inputs}})
-        for trace in traces
-    ]
-    return _noise(study, raw, inputs, _of_input)[0]
-
-
-def _of_input(traces: Sequence[Trace], name: str) -> Noise:
-    """Noise of an input from that at rest; of one in coarse steps, which a rest says nothing of, from its course."""
-    if (step := coarse_step(traces, name)) is not None:
-        return noise_of_rounding(traces, name, step)
-    return _of_channel(traces, name)
-
-
-def _of_channel(traces: Sequence[Trace], channel: str) -> Noise:
-    """Noise of a channel as the rests of the records show it."""
-    return _in_motion(traces, channel, with_lines(estimate_noise(traces, channel), at_rest(traces, channel)))
-
-
 def _noise(
-    study: Study,
-    traces: Sequence[Trace],
-    channels: Sequence[str],
-    shown: Callable[[Sequence[Trace], str], Noise] = _of_channel,
+    study: Study, traces: Sequence[Trace], channels: Sequence[str], inputs: bool = False
 ) -> tuple[dict[str, Noise], dict[str, float]]:
     """Noise of each channel as records show it, and the factor by which that was made as large as the study states."""
-    noise, factors = {channel: shown(traces, channel) for channel in channels}, {}
+    noise, factors, rate = dict[str, Noise](), dict[str, float](), traces[0].rate
+    for channel in channels:
+        size = coarse_step(traces, channel)
+        if inputs and size is not None:
+            # Of an input in coarse steps a rest says nothing; its course does.
+            noise[channel] = noise_of_rounding(traces, channel, size)
+        else:
+            still = with_lines(estimate_noise(traces, channel), at_rest(traces, channel))
+            if size is not None:
+                # A rest does not show what rounding adds to readings in coarse steps.
+                white = noise_in_motion(traces, channel, size) ** 2 / (0.5 * rate)
+                still = replace(still, white=max(still.white, white))
+            noise[channel] = still
     for channel in channels:
         if (said := getattr(study.noise, channel, None)) is not None:
-            noise[channel], factors[channel] = _as_large_as(noise[channel], said, traces)
+            # A standard deviation says nothing of frequencies: the stated one is that over the longest record.
+            rms = noise[channel].rms(max(trace.duration for trace in traces), rate)
+            factors[channel] = said / rms if rms > 0.0 else 1.0
+            # What is silent has no colour, and is white.
+            white_noise = Noise(said**2 / (0.5 * rate), 0.0, 0.0, 0)
+            noise[channel] = noise[channel].scaled(said / rms) if rms > 0.0 else white_noise
     return noise, factors
-
-
-def _as_large_as(noise: Noise, said: float, traces: Sequence[Trace]) -> tuple[Noise, float]:
-    """Noise of the same colour that has a stated rms over the longest record, and by which factor it is larger.
-
-    A standard deviation says nothing of frequencies; what is silent has no colour, and is white.
-    """
-    rate = traces[0].rate
-    rms = noise.rms(max(trace.duration for trace in traces), rate)
-    if rms > 0.0:
-        return noise.scaled(said / rms), said / rms
-    return Noise(said**2 / (0.5 * rate), 0.0, 0.0, 0), 1.0
-
-
-def _in_motion(traces: Sequence[Trace], channel: str, at_rest: Noise) -> Noise:
-    """Noise of a channel from that at rest, which does not show what rounding adds to readings in coarse steps."""
-    if (size := coarse_step(traces, channel)) is None:
-        return at_rest
-    white = noise_in_motion(traces, channel, size) ** 2 / (0.5 * traces[0].rate)
-    return replace(at_rest, white=max(at_rest.white, white))
-
-
-def _rms(
-    study: Study, noise: Mapping[str, Noise], given: Sequence[str], channel: str, traces: Sequence[Trace]
-) -> list[float]:
-    """Standard deviation of the noise of a channel in each record: as stated, whatever the rate of the record."""
-    if channel in given:
-        return [float(getattr(study.noise, channel))] * len(traces)
-    return [noise[channel].rms(trace.duration, trace.rate) for trace in traces]
 
 
 def _by_reading(
@@ -235,25 +237,12 @@ def _by_reading(
             largest = largest_load(traces, channel)
             louder = [louder_under_load(trace, channel, growth, largest) for trace in traces]
             if channel not in given:
-                still = _at_rests(traces, louder)
-                louder = [more / still for more in louder]
+                # Over the readings of all rests; over all readings where there is none.
+                still = [more[rest] for trace, more in zip(traces, louder, strict=True) for rest in rests(trace)]
+                at_rests = float(np.sqrt(np.mean(np.concatenate(still or list(louder)) ** 2)))
+                louder = [more / at_rests for more in louder]
             found[channel] = [size * more for size, more in zip(found[channel], louder, strict=True)]
     return found
-
-
-def _at_rests(traces: Sequence[Trace], louder: Sequence[np.ndarray]) -> float:
-    """Root of the mean square of a factor over the readings of all rests; over all readings where there is none."""
-    still = [more[rest] for trace, more in zip(traces, louder, strict=True) for rest in rests(trace)]
-    return float(np.sqrt(np.mean(np.concatenate(still or list(louder)) ** 2)))
-
-
-def _completed(traces: Sequence[Trace], starting: Starting) -> list[Trace]:
-    """Traces with the conditions that had to be learnt."""
-    done = []
-    for r, trace in enumerate(traces):
-        learnt = {name: float(starting.each[name][r]) for name in ESTIMATED if name in starting.each}
-        done.append(trace._replace(conditions={**trace.conditions, **learnt}))
-    return done
 
 
 def slots_of(
@@ -271,35 +260,37 @@ def slots_of(
     stated : sequence of mapping of str to float
         What it says of each record, in SI units.
     """
+    unknown = [
+        condition
+        for condition in model.rig.conditions
+        if condition.name in ESTIMATED and any(np.isnan(trace.conditions[condition.name]) for trace in traces)
+    ]
     slots = parameter_slots(model, settings)
-    for nuisance in model.rig.nuisances:
-        held = tuple(said.get(nuisance.name) for said in stated)
-        slots.append(Slot(nuisance.name, nuisance.unit, Range.of(nuisance), False, held if any_held(held) else ()))
-    for condition in model.rig.conditions:
-        said = tuple(None if np.isnan(trace.conditions[condition.name]) else 0.0 for trace in traces)
-        if condition.name in ESTIMATED and None in said:
-            held = tuple(row.get(condition.name) for row in stated)
-            slots.append(
-                Slot(condition.name, condition.unit, Range.of(condition), False, held if any_held(held) else ())
-            )
+    for each in (*model.rig.nuisances, *unknown):
+        fixed = tuple(said.get(each.name) for said in stated)
+        known = any(value is not None for value in fixed)
+        slots.append(Slot(each.name, each.unit, Range.of(each), False, fixed if known else ()))
     return tuple(slots)
 
 
 def parameter_slots(model: Model, settings: Mapping[str, ParameterSetting]) -> list[Slot]:
-    """Slots of a model's parameters; one that an effect stands for is held at zero where the study does not state it.
+    """Slots of a model's parameters; one that an effect stands for is fixed at zero where the study does not state it.
 
     Parameters
     ----------
     settings : mapping of str to ParameterSetting
         What the study says of each.
     """
-    spoken_for = {name for effect in model.effects for name in effect.stands_for}
-    return [_slot(parameter, settings[parameter.name], parameter.name in spoken_for) for parameter in model.parameters]
-
-
-def any_held(values: Sequence[float | None]) -> bool:
-    """Whether any value is given."""
-    return any(value is not None for value in values)
+    stood_for = {name for effect in model.effects for name in effect.stands_for}
+    slots = []
+    for parameter in model.parameters:
+        setting = settings[parameter.name]
+        fixed: tuple[float | None, ...] = (setting.initial,) if setting.fixed else ()
+        if parameter.name in stood_for and setting.initial is None:
+            fixed = (0.0,)
+        limits = Range.of(parameter).within(setting.lower, setting.upper)
+        slots.append(Slot(parameter.name, parameter.unit, limits, setting.shared, fixed, Belief.of(setting)))
+    return slots
 
 
 def _refuse_unknown_scale(
@@ -315,66 +306,12 @@ def _refuse_unknown_scale(
         raise StudyError(str(study.source), f"a free decay, and a {name} that is not held", f"the {declared.doc}", do)
 
 
-def _well_known(settings: Mapping[str, ParameterSetting]) -> set[str]:
-    """Parameters of which it is believed beforehand that no scale of the records is off by a factor because of them."""
-    beliefs = {name: Belief.of(setting) for name, setting in settings.items()}
-    return {name for name, belief in beliefs.items() if belief is not None and rules_out_a_factor(belief.relative)}
-
-
-def _begun(setting: ParameterSetting) -> float | None:
-    """Value that a search begins with: the one stated, or the centre of what is believed."""
-    belief = Belief.of(setting)
-    inside = belief is not None and belief.relative < CENTRED
-    return belief.centre if setting.initial is None and inside and belief is not None else setting.initial
-
-
-def _slot(parameter: Parameter, setting: ParameterSetting, spoken_for: bool = False) -> Slot:
-    """Slot of a parameter, which an effect may stand for."""
-    limits = Range.of(parameter).within(setting.lower, setting.upper)
-    fixed: tuple[float | None, ...] = (setting.initial,) if setting.fixed else ()
-    if spoken_for and setting.initial is None:
-        fixed = (0.0,)
-    return Slot(parameter.name, parameter.unit, limits, setting.shared, fixed, Belief.of(setting))
-
-
-def _start(
-    layout: Layout,
-    declared: Mapping[str, Parameter],
-    settings: Mapping[str, ParameterSetting],
-    starting: Starting,
-) -> np.ndarray:
-    named: dict[str, float | np.ndarray] = {**starting.each}
-    for name, parameter in declared.items():
-        given = _begun(settings[name])
-        named[name] = starting.shared.get(name, first_size(parameter)) if given is None else given
-    return layout.pack(named)
-
-
 def first_size(parameter: Parameter) -> float:
     """Where an effect's parameter starts, in its unit."""
     if parameter.log or parameter.reciprocal:
         return parameter.typical
-    return parameter.null + FIRST_SIZE * (parameter.typical - parameter.null)
-
-
-def _spread(
-    declared: Mapping[str, Parameter], settings: Mapping[str, ParameterSetting], starting: Starting
-) -> dict[str, float]:
-    found = {name: starting.spread.get(name, EFFECT_SPREAD) for name in declared if not settings[name].fixed}
-    beliefs = {name: Belief.of(settings[name]) for name in found}
-    return found | {name: min(found[name], 1.0 + 2.0 * b.relative) for name, b in beliefs.items() if b is not None}
-
-
-def _horizons(traces: Sequence[Trace], starting: Starting) -> np.ndarray:
-    """Samples of each record at each stage of each way to lengthen the horizon."""
-    span = starting.settled - starting.moving
-    ends = [[starting.moving + factor * span for factor in way] for way in starting.horizons]
-    places = [
-        [[int(np.searchsorted(trace.times, end[r])) for r, trace in enumerate(traces)] for end in way]
-        + [[len(trace.times) for trace in traces]]
-        for way in ends
-    ]
-    return np.array(places, dtype=np.int32)
+    # A tenth of its typical size is large enough to have a slope in all of them.
+    return parameter.null + 0.1 * (parameter.typical - parameter.null)
 
 
 def formulate_planned(study: Study, model: Model) -> Task:
@@ -414,7 +351,7 @@ def formulate_planned(study: Study, model: Model) -> Task:
             raise too_long(record.label, size, StudyError)
     traces = tuple(in_order([_planned_trace(record, model) for record in study.records]))
     settings = study.settings({parameter.name: parameter for parameter in model.parameters})
-    stated = [stated_of(record) for record in study.records]
+    stated = [stated_numbers(record) for record in study.records]
     layout = Layout(slots_of(model, settings, stated, traces), tuple(trace.name for trace in traces))
     said = {channel: getattr(study.noise, channel, None) for channel in rig.channels}
     rms = {channel: float(USUAL_NOISE[channel] if sd is None else sd) for channel, sd in said.items()}
@@ -437,7 +374,7 @@ def _planned_samples(record: Any) -> int:
 
 def _planned_trace(record: Any, model: Model) -> Trace:
     times = np.arange(_planned_samples(record)) / record.sampling_rate
-    conditions = conditions_of(record.label, model.rig, stated_of(record))
+    conditions = conditions_of(record.label, model.rig, stated_numbers(record))
     for name, value in conditions.items():
         if np.isnan(value):
             raise StudyError(record.label, f"no {name}", "it for a planned record", f"Give {name} in the record.")
@@ -484,10 +421,124 @@ def _planned_values(study: Study, model: Model, traces: tuple[Trace, ...]) -> Ma
                 f'For example [parameters.{name}] initial = "{declared[name].typical:g} {declared[name].unit}".',
             )
         values[name] = first_size(declared[name]) if setting.initial is None else setting.initial
-    stated = [stated_of(record) for record in study.records]
+    stated = [stated_numbers(record) for record in study.records]
     usual = [model.rig.planned(trace.conditions) if model.rig.planned else {} for trace in traces]
     for nuisance in model.rig.nuisances:
         said = [row.get(nuisance.name) for row in stated]
         default = [known.get(nuisance.name, 0.0) for known in usual]
         values[nuisance.name] = np.array([d if s is None else s for s, d in zip(said, default, strict=True)])
     return values
+
+
+class Measured(Protocol):
+    """What a trace needs of a record that was read."""
+
+    @property
+    def name(self) -> str:
+        """In results and messages."""
+
+    @property
+    def time(self) -> np.ndarray:
+        """Instants ``(n_time,)``, in s."""
+
+    @property
+    def channels(self) -> Mapping[str, np.ndarray]:
+        """Measured values ``(n_time,)`` in SI units, by role; NaN where a sample is damaged."""
+
+    @property
+    def rate(self) -> float:
+        """Samples a second, in Hz."""
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all steps in time are equal, gaps aside."""
+
+
+def trace_of(record: Measured, rig: Rig, stated: Mapping[str, float | None]) -> Trace:
+    """Trace of one record.
+
+    Parameters
+    ----------
+    record : Measured
+        Channels in SI units, NaN where a sample is damaged.
+    stated : mapping of str to float or None
+        What the study says of the record, in SI units.
+
+    Raises
+    ------
+    StudyError
+        If a condition the rig needs is missing.
+    DataError
+        If a channel the rig needs is missing, or an input has holes.
+    """
+    conditions = conditions_of(record.name, rig, stated)
+    for name in rig.measured:
+        if name not in record.channels:
+            do = f'Name its column: [channels] {name} = "..."; fibrefit inspect tells what was left out, and why.'
+            # Where a channel was not measured at all, the rig may know of such records.
+            fitting = [
+                variant.channels
+                for variant in rig.variants.values()
+                if variant.inputs == rig.inputs
+                and name not in variant.measured
+                and set(variant.measured) <= set(record.channels)
+            ]
+            if fitting and name in rig.channels:
+                do += f' Where it was not measured: measured = "{" and ".join(fitting[0])}" under [rig].'
+            raise DataError(record.name, f"no {name} channel", f"one, for a {rig.kind} rig", do)
+        valid = int(np.count_nonzero(np.isfinite(record.channels[name])))
+        if valid < FEWEST_READINGS:
+            raise DataError(
+                f'{record.name}, channel "{name}"',
+                f"{valid} valid samples",
+                f"at least {FEWEST_READINGS}",
+                "Check its column and unit; fibrefit inspect tells what was masked, and why.",
+            )
+    times = np.asarray(record.time, dtype=float)
+    place = np.arange(len(times))
+    if record.uniform:
+        # Instants of an unbroken grid: what is missing in it is left out, not bridged.
+        place = np.round((times - times[0]) * record.rate).astype(int)
+        if place[-1] >= max(MOST_PLANNED, 2 * len(times)):
+            longest = int(np.argmax(np.diff(place)))
+            raise too_far_apart(record.name, int(place[-1]) + 1, float(np.diff(times)[longest]), float(times[longest]))
+        times = times[0] + np.arange(place[-1] + 1) / record.rate
+    spread = {name: np.full(len(times), np.nan) for name in rig.measured}
+    for name, values in spread.items():
+        values[place] = record.channels[name]
+    read = {name: name for name in rig.inputs if name not in rig.derived} | (
+        {} if rig.anchor is None else {"anchor": rig.anchor}
+    )
+    inputs = {
+        name: np.column_stack([smoothed(spread[role], times, f'{record.name}, channel "{role}"'), spread[role]])
+        for name, role in read.items()
+    }
+    return Trace(record.name, times, {name: spread[name] for name in rig.channels}, inputs, conditions)
+
+
+def conditions_of(name: str, rig: Rig, stated: Mapping[str, float | None]) -> dict[str, float]:
+    """Conditions of a record, in SI units; NaN for one that the data must tell.
+
+    Raises
+    ------
+    StudyError
+        If one that must be known is missing.
+    """
+    conditions = {}
+    for condition in rig.conditions:
+        value = stated.get(condition.name)
+        value = condition.typical if value is None else value
+        if math.isnan(value) and condition.name not in ESTIMATED:
+            raise StudyError(
+                name,
+                f"no {condition.name}",
+                f"{condition.doc}, in {condition.unit}",
+                f"Give it in the record, under [rig], or with --set rig.{condition.name}=...",
+            )
+        conditions[condition.name] = float(value)
+    return conditions
+
+
+def in_order(traces: Sequence[Trace]) -> list[Trace]:
+    """Traces that know their place in the series, from 1: some laws change from record to record."""
+    return [trace._replace(conditions={**trace.conditions, ORDER: float(i)}) for i, trace in enumerate(traces, 1)]

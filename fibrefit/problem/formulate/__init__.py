@@ -1,1 +1,0 @@
-"""From a study and its records to a task with starting values."""
