@@ -159,6 +159,32 @@ def test_nothing_inside_imports_the_root(modules: list[str]) -> None:
         assert "fibrefit" not in names | plain, f"{module} imports the package root"
 
 
+#: Packages of which others use the names of `__init__` alone.
+FACES = ("problem",)
+
+
+def behind_faces(module: str) -> set[str]:
+    """Modules behind the face of another package that a module imports from."""
+    return {
+        other
+        for other in own_imports(module)
+        if "." in other and other.split(".")[0] in set(FACES) - {module.split(".")[0]}
+    }
+
+
+@pytest.mark.parametrize("modules", by_floor(MODULES))
+def test_a_package_with_a_face_is_used_by_it(modules: list[str]) -> None:
+    for module in modules:
+        found = behind_faces(module)
+        assert not found, f"{module} imports from {', '.join(sorted(found))}: take it from the face of the package"
+
+
+def test_who_goes_behind_a_face_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = "from fibrefit.problem import Task\ndef f():\n    from fibrefit.problem.task import Task"
+    monkeypatch.setitem(MODULES, "fitting.result", ast.parse(source))
+    assert behind_faces("fitting.result") == {"problem.task"}
+
+
 def test_no_import_cycle() -> None:
     graph = {module: own_imports(module, at_import_only=True) - {module} for module in MODULES}
     for start in graph:
@@ -361,13 +387,22 @@ def _defaults(function: ast.FunctionDef, constants: set[str]) -> Iterator[str]:
                 yield str(value.value)
 
 
+def _home_of(module: str, name: str) -> str:
+    """Module that a name of a face comes from; any other module itself."""
+    for node in MODULES[module].body if module in FACES else ():
+        if isinstance(node, ast.ImportFrom) and name in {alias.name for alias in node.names}:
+            return (node.module or "").removeprefix("fibrefit.")
+    return module
+
+
 def _borrowed(tree: ast.Module) -> Iterator[str]:
     """Numbers of other modules that are no thresholds."""
     for node in (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)):
-        home = (node.module or "").removeprefix("fibrefit.")
-        if home in MODULES and not home.endswith(HOMES):
-            numbers = {t.id for t, value in _assigned(MODULES[home]) if isinstance(t, ast.Name) and _is_number(value)}
-            yield from numbers & {alias.name for alias in node.names}
+        for alias in node.names:
+            home = _home_of((node.module or "").removeprefix("fibrefit."), alias.name)
+            if home in MODULES and not home.endswith(HOMES):
+                found = {t.id for t, value in _assigned(MODULES[home]) if isinstance(t, ast.Name) and _is_number(value)}
+                yield from found & {alias.name}
 
 
 def numbers_compared(tree: ast.Module) -> set[str]:

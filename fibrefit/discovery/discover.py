@@ -30,7 +30,7 @@ from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.starts import NowhereYet
 from fibrefit.laws.law import Effect
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task
 from fibrefit.study.summaries.check import OTHERWISE, Check
 from fibrefit.study.summaries.discovery import Unexplained
 

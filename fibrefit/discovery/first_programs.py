@@ -15,7 +15,7 @@ from fibrefit.discovery.engine.supermodel import simulation_groups, supermodel_o
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
 from fibrefit.laws.ports import PORTS
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task
 
 
 def first_programs(task: Task, effects: Sequence[type[Effect]]) -> list[Callable[[], None]]:

@@ -50,8 +50,7 @@ from fibrefit.discovery.unnamed import (
     law_without_choice,
 )
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.diagnose.motion import ResidualSet
-from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
+from fibrefit.problem import ResidualSet, corrected, input_errors
 from fibrefit.study.summaries.discovery import Round
 
 SECONDS = 300.0

@@ -18,7 +18,7 @@ from fibrefit.fitting.result import Advice
 from fibrefit.fitting.thresholds import WORTHWHILE
 from fibrefit.laws.catalogue import CATALOGUE
 from fibrefit.laws.law import SensorLaw, StudyLaw
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem import Problem
 from fibrefit.rigs.rig import STANDARD_GRAVITY
 from fibrefit.study.summaries.check import OTHERWISE, SIZE, Check
 

@@ -50,13 +50,19 @@ from fibrefit.fitting.values import (
     records_agree,
     with_ends,
 )
-from fibrefit.problem.diagnose.channels import force_and_position_exchanged
-from fibrefit.problem.diagnose.newton import Gravity, Lag
-from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.thresholds import BALANCE, GAP_OF_NOISE, LAST_LEVEL_RATIO, UNLIKELY
+from fibrefit.problem import (
+    BALANCE,
+    GAP_OF_NOISE,
+    LAST_LEVEL_RATIO,
+    UNLIKELY,
+    Gravity,
+    InputCoefficients,
+    Lag,
+    Noise,
+    Problem,
+    force_and_position_exchanged,
+    mode,
+)
 from fibrefit.study.summaries.check import OTHERWISE, SIZE, Check
 from fibrefit.study.summaries.results import InputErrorSummary
 

@@ -23,9 +23,7 @@ from fibrefit.fitting.result import Estimate, PlainEstimate
 from fibrefit.fitting.search.solve import descend
 from fibrefit.fitting.thresholds import BLIND_PART, STATE_CELLS, UNNOTICED
 from fibrefit.fitting.uncertainty import MEMORY, ErrorBars, Scores, inverse_root, sandwich
-from fibrefit.problem.diagnose.motion import Motion
-from fibrefit.problem.statement.layout import Range
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem import Motion, Problem, Range
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.results import ParameterSummary
 

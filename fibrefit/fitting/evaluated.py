@@ -19,12 +19,7 @@ from fibrefit.fitting.thresholds import LOUDER_THAN_AT_REST
 from fibrefit.fitting.uncertainty import ErrorBars
 from fibrefit.fitting.values import Weakness, weaknesses
 from fibrefit.laws.families import instants
-from fibrefit.problem.diagnose.motion import ResidualSet
-from fibrefit.problem.diagnose.newton import ForceBalance
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, error_rms, input_errors
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
+from fibrefit.problem import ForceBalance, InputCoefficients, Noise, Problem, ResidualSet, Task, error_rms, input_errors
 from fibrefit.study.summaries.check import SIZE, Check
 from fibrefit.study.summaries.results import ChannelGap, InputErrorSummary
 

@@ -20,17 +20,28 @@ from fibrefit.core.limits import in_time, note_cut, time_for
 from fibrefit.fitting.search.optimum import Ended, Optimum, as_predicted, linearised_in_errors, still_gains
 from fibrefit.fitting.thresholds import MISSED_LINEARISED, MODE_REACHED, MOST_LINEARISATIONS, ROUGHLY
 from fibrefit.fitting.uncertainty import ErrorBars
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
-from fibrefit.problem.estimate.gauss_newton import mode, record_wise_start
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors, instant_weights
-from fibrefit.problem.linear_model.normal_equations import Arrowhead
-from fibrefit.problem.linear_model.unknowns import Place, Unknowns
-from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View
-from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
+from fibrefit.problem import (
+    DRAWS_OF_ERRORS,
+    Arrowhead,
+    InputCoefficients,
+    MarginalLikelihood,
+    Noise,
+    Place,
+    Problem,
+    Task,
+    Unknowns,
+    View,
+    corrected,
+    input_errors,
+    instant_weights,
+    laplace_evidence,
+    mode,
+    noise_of_residuals,
+    record_wise_start,
+    whitening_of,
+    with_noise_before_rounding,
+    with_steps,
+)
 from fibrefit.study.summaries.part import Z_95
 from fibrefit.study.summaries.results import BetweenRecordsSummary
 

@@ -47,12 +47,7 @@ from fibrefit.fitting.search.starts import (
 )
 from fibrefit.fitting.uncertainty import ErrorBars
 from fibrefit.fitting.values import with_ends
-from fibrefit.problem.estimate.gls import HausmanTest
-from fibrefit.problem.inputs.errors_in_variables import corrected, input_errors
-from fibrefit.problem.noise.whittle import noise_of_residuals
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
-from fibrefit.problem.thresholds import GAP_OF_NOISE
+from fibrefit.problem import GAP_OF_NOISE, HausmanTest, Problem, Task, corrected, input_errors, noise_of_residuals
 from fibrefit.study.summaries.check import SIZE, Check
 from fibrefit.study.summaries.results import ParameterSummary
 

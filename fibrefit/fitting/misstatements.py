@@ -39,14 +39,19 @@ from fibrefit.fitting.thresholds import (
 from fibrefit.fitting.uncertainty import MEMORY
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative, look_alikes
 from fibrefit.laws.law import Effect, FibreLaw, SensorLaw, StudyLaw
-from fibrefit.problem.estimate.gauss_newton import ROUGH_TOLERANCE, Effort, mode
-from fibrefit.problem.formulation import first_size
-from fibrefit.problem.linear_model.unknowns import Unknowns
-from fibrefit.problem.linear_model.view import View
-from fibrefit.problem.statement.layout import Layout, Range
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
-from fibrefit.problem.thresholds import GAP_OF_NOISE
+from fibrefit.problem import (
+    GAP_OF_NOISE,
+    ROUGH_TOLERANCE,
+    Effort,
+    Layout,
+    Problem,
+    Range,
+    Task,
+    Unknowns,
+    View,
+    first_size,
+    mode,
+)
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.thresholds import SHORTEST_REST
 

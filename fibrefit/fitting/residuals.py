@@ -28,12 +28,18 @@ from fibrefit.fitting.thresholds import (
     STATE_CELLS,
     STATE_SHARE,
 )
-from fibrefit.problem.diagnose.motion import Motion, ResidualSet
-from fibrefit.problem.noise.readings import unbroken
-from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
-from fibrefit.problem.thresholds import BESIDE_MAINS, CLEAR
+from fibrefit.problem import (
+    BESIDE_MAINS,
+    CLEAR,
+    MAINS,
+    Motion,
+    Noise,
+    Problem,
+    ResidualSet,
+    Task,
+    periodogram,
+    unbroken,
+)
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.study.summaries.results import ChannelGap
 

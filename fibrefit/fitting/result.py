@@ -11,10 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fibrefit.fitting.gls import GlsEstimate
-from fibrefit.problem.diagnose.motion import Motion, ResidualSet
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem import InputCoefficients, Motion, Noise, Problem, ResidualSet
 from fibrefit.study.summaries.check import Check, Status, status_by
 from fibrefit.study.summaries.results import BetweenRecordsSummary, ChannelGap, InputErrorSummary, ParameterSummary
 

@@ -24,10 +24,7 @@ from fibrefit.fitting.thresholds import (
     VAGUE,
 )
 from fibrefit.fitting.uncertainty import MEMORY, ErrorBars, Scores, sandwich, stationary_parts
-from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.thresholds import GAP_OF_NOISE, UNLIKELY
+from fibrefit.problem import GAP_OF_NOISE, UNLIKELY, Layout, MarginalLikelihood, Problem
 from fibrefit.study.summaries.part import Z_95
 
 

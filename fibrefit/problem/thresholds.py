@@ -37,8 +37,6 @@ CROSSED = 2.5
 crossed by noise alone, while rounding is an offset. Noise of `COARSE_STEPS`, the most there is, ranges over 4.1 of its
 standard deviations in 32 samples, two steps. Of 24 channels with noise of a fifth of a step it is found to be 0.31 to
 0.38 steps so, 0.44 in one, where it is 0.35."""
-NOT_LOGARITHMIC = 0.2
-"""Relative standard error beyond which a value is not given by its logarithm, nor its deviations looked for."""
 WIDE_PRIOR = 10.0
 """Default priors reach this many times the typical size of a parameter; limits that are no wider are a uniform one."""
 NEGLIGIBLE_PART = 1e-4
@@ -50,46 +48,40 @@ noise that does, 2.0 once and else 3.3 to 11."""
 LEVEL_READINGS = 50
 """Readings that tell the noise at a level of the load: their median is known to 2.07 / sqrt(50), three tenths of it."""
 CARRIES_LOAD = 0.05
-"""Share of the largest force from which a fibre carries load: a wrong zero of the force is less."""
+"""Share of the largest force, or of its range, that a wrong zero of it is less than: a fibre that shows more carries
+load, and the pull of gravity along the guide tells a sign if it is more. It is 0.07 to 0.57 in the practice series; an
+offset by half as much again turns it round, on a guide of 2 degrees 1.5 N for 3 kg."""
 SHORTEST_CONTACT = 24
 """Samples of the shortest contact that tells a shape from its noise."""
 SHORTEST_FLIGHT = 8
 """Samples of the shortest flight that has a curvature."""
 CREEPS = 0.02
 """Share of its largest rate below which a drive is at rest: the noise of a smoothed drive is a tenth of that."""
-FEWEST_SPANS = 16
-"""Spans of averaged readings below which noise may look smooth by chance."""
 MISREAD = 1.25
 """Factor from which a measured force, a position or gravity is another one than what moves the weight: in 480 clean
 records of both rigs with six kinds of noise the largest was 1.04, in 350 with an effect that a search finds 1.08."""
 PROVEN_FACTOR = 5.0
-"""Standard errors that such a factor has to be away from 1, by how stretches of a record differ."""
-HOLDS = 0.5
-"""Share of the squares of the positions that Newton's law with other sizes has to explain, for these to be believed: of
-480 clean records two have less."""
+"""Standard errors from which it is beyond doubt that a number is not another one: a factor by which a record is misread
+not 1, by how stretches of the record differ; a value that is given by its logarithm not zero."""
 TELLS_A_SIGN = 0.1
-"""The same for signs to be believed, as noise explains nothing and turns nothing round: of 1274 whole and cut records
-of both rigs, 0.05 mm and 1 N of noise added to half of them, none moves against gravity or force by `PROVEN_FACTOR`
-errors from 0.04 on, and 966 tell the sign of the force."""
-NO_OFFSET = 0.5
-"""Size of gravity, as it is or turned round, from which it has a sign: a force that reads nil under the weight makes it
-nil, and one that reads less than nil by half as much turns it round."""
-ZERO_KNOWN = 0.05
-"""Share of the range of a force that the pull of gravity along the guide has to be for it to tell a sign, 0.07 to 0.57
-in the practice series: an offset by half as much again turns it round, on a guide of 2 degrees 1.5 N for 3 kg."""
+"""Share of the squares of the positions that Newton's law with other sizes has to explain for signs to be believed, as
+noise explains nothing and turns nothing round: of 1274 whole and cut records of both rigs, 0.05 mm and 1 N of noise
+added to half of them, none moves against gravity or force by `PROVEN_FACTOR` errors from 0.04 on, and 966 tell the sign
+of the force."""
 FOLLOWS = 0.4
-"""Size, see `diagnose.signs`, from which a weight follows its drive or moves against it: -0.25 to 1 in 26 000 parts of
-105 records of drives, half of them with 0.05 mm and 1 N of further noise or 15 N less; 0.57 at the least in whole
+"""Size, see `diagnose.channels`, from which a weight follows its drive or moves against it: -0.25 to 1 in 26 000 parts
+of 105 records of drives, half of them with 0.05 mm and 1 N of further noise or 15 N less; 0.57 at the least in whole
 ones."""
 FEWEST_READINGS = 16
-"""Readings of a record, and valid ones of a channel of it: fewer tell no motion."""
+"""Readings of a record, valid ones of a channel of it, readings of a window, and spans over which they are averaged:
+fewer tell no motion."""
 FEWEST_AROUND = 3
 """Samples on each side in the narrowest window of an input, and valid ones around an instant beside its own: as many as
 a parabola has coefficients."""
 CORNER = 5.0
 """Standard deviations of the matched filter, as it spreads over a record, from which a corner of a motion is one: of
 2400 independent samples of noise one exceeds it in seven hundred records."""
-END_TOLD = 2.0
+LAST_LEVEL_RATIO = 2.0
 """How many times as probable as beforehand records make the largest standard deviation between them that is looked for,
 from which it may well be larger. Of five records each known to 0.1 % that differ by 2, 5 and 10 % it was 0.1, 4 and 7
 (medians of 100); of records each known to 5 or 10 % only that do not differ it is more in one of twenty-five."""

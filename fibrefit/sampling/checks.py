@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fibrefit.core.matrices import equilibrated, scale_of
-from fibrefit.problem.thresholds import GAP_OF_NOISE
+from fibrefit.problem import GAP_OF_NOISE
 from fibrefit.sampling.chains import ChainHistory, Target
 from fibrefit.sampling.evidence import Mode
 from fibrefit.sampling.posterior import Marginal

@@ -21,26 +21,34 @@ import numpy as np
 
 from fibrefit.core.arrays import assembled
 from fibrefit.core.matrices import pseudo_inverse
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
-from fibrefit.problem.estimate.gauss_newton import record_wise_start
-from fibrefit.problem.estimate.gls import HausmanTest
-from fibrefit.problem.inputs.errors_in_variables import (
+from fibrefit.problem import (
+    Conditional,
+    HausmanTest,
     InputCoefficients,
+    InputEffects,
     InputErrors,
+    Layout,
+    LogPosterior,
+    MarginalLikelihood,
+    Mixture,
+    Problem,
+    RandomEffects,
+    Task,
+    Unknowns,
+    View,
+    Whitening,
     cleaned_inputs,
     corrected,
     downweighted,
+    innovations,
     input_errors,
+    laplace_evidence,
+    least_squares_step,
+    linearised_after_step,
     no_errors,
+    record_wise_start,
+    sensitivities_of,
 )
-from fibrefit.problem.inputs.sensitivities import sensitivities_of
-from fibrefit.problem.linear_model.unknowns import Unknowns
-from fibrefit.problem.linear_model.view import View
-from fibrefit.problem.noise.whitening import Whitening, innovations, least_squares_step, linearised_after_step
-from fibrefit.problem.posterior.log_posterior import Conditional, InputEffects, LogPosterior, Mixture, RandomEffects
-from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
 from fibrefit.study.summaries.results import BetweenRecordsSummary
 
 ROWS = 32

@@ -21,8 +21,7 @@ from fibrefit.core.arrays import assembled
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.matrices import equilibrated, scale_of
 from fibrefit.core.programs import column_products
-from fibrefit.problem.posterior.log_posterior import Conditional, LogPosterior
-from fibrefit.problem.posterior.prior import Prior
+from fibrefit.problem import Conditional, LogPosterior, Prior
 
 MOST_STEPS = 100
 """Of a search, half of them in vain where it begins among other bounces: one that needs more is given up."""

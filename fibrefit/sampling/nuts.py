@@ -14,7 +14,7 @@ import numpy as np
 
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import Progress
-from fibrefit.problem.posterior.log_posterior import LogPosterior
+from fibrefit.problem import LogPosterior
 from fibrefit.sampling.chains import effective_draws, mixing
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import DIFFERS, NUTS_R_HAT, OVERLOOKED

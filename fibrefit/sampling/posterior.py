@@ -8,10 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fibrefit.core.declarations import Statement
-from fibrefit.problem.estimate.gls import HausmanTest
-from fibrefit.problem.noise.likelihood import NoiseModel
-from fibrefit.problem.posterior.log_posterior import LogPosterior
-from fibrefit.problem.posterior.prior import Prior, Priors
+from fibrefit.problem import HausmanTest, LogPosterior, NoiseModel, Prior, Priors
 from fibrefit.sampling.chains import ChainHistory, Target
 from fibrefit.sampling.evidence import Evidence, Mode
 from fibrefit.sampling.latent import Deviations, DrawnInputs

@@ -13,9 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.noise.likelihood import Likelihood
-from fibrefit.problem.noise.whitening import unit_of
-from fibrefit.problem.posterior.log_posterior import LogPosterior
+from fibrefit.problem import Likelihood, LogPosterior, unit_of
 from fibrefit.sampling.latent import DrawnInputs, records_at, whitened_residuals
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import PARETO_K

@@ -15,24 +15,34 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.estimate.gls import level_of
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, corrected, input_errors
-from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, View
-from fibrefit.problem.noise.kinds import OF_A_FIT
-from fibrefit.problem.noise.likelihood import (
+from fibrefit.problem import (
+    DRAWS_OF_ERRORS,
+    OF_A_FIT,
     TAIL_START,
+    Density,
+    InputCoefficients,
+    Levelled,
     Likelihood,
+    Linearised,
+    LogPosterior,
     NoiseModel,
+    Prior,
+    Priors,
+    Problem,
+    Task,
+    View,
     choose_noise_model,
+    corrected,
     downweighted_likelihood,
+    input_errors,
+    least_squares_step,
+    level_of,
+    noise_of_residuals,
+    noise_priors,
+    unit_of,
+    with_noise_before_rounding,
+    with_steps,
 )
-from fibrefit.problem.noise.rounding import with_noise_before_rounding, with_steps
-from fibrefit.problem.noise.whitening import Levelled, least_squares_step, unit_of
-from fibrefit.problem.noise.whittle import noise_of_residuals
-from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
-from fibrefit.problem.posterior.prior import Density, Prior, Priors
-from fibrefit.problem.statement.problem import Linearised, Problem
-from fibrefit.problem.task import Task
 from fibrefit.sampling import latent
 from fibrefit.sampling.chains import SamplerProgress, Target
 from fibrefit.sampling.checks import assess, residual_size

@@ -87,7 +87,7 @@ def population(values: np.ndarray, errors: np.ndarray, common: float = 0.0) -> P
     """
     from scipy.stats import chi2
 
-    from fibrefit.problem.estimate.evidence import INSIDE_95, mixture_quantile
+    from fibrefit.problem import INSIDE_95, mixture_quantile
 
     known = np.isfinite(values) & np.isfinite(errors) & (errors > 0.0)
     if known.sum() < 2:

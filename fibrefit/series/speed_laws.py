@@ -16,8 +16,7 @@ from fibrefit.core.declarations import LOADING, UNLOADING
 from fibrefit.laws import functions_of_speed as of_speed
 from fibrefit.laws.catalogue import HasCapabilities, suits
 from fibrefit.laws.law import Effect
-from fibrefit.problem.diagnose.motion import Motion
-from fibrefit.problem.thresholds import STANDING
+from fibrefit.problem import STANDING, Motion
 
 
 class SpeedLaw(NamedTuple):

@@ -32,11 +32,7 @@ from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode
-from fibrefit.problem.linear_model.unknowns import Unknowns
-from fibrefit.problem.task import Task
+from fibrefit.problem import Arrowhead, MarginalLikelihood, PosteriorMode, Task, Unknowns, mode
 from fibrefit.series.meta_analysis import Population, population
 from fibrefit.series.speed_laws import BY_EFFECT, LAWS, SpeedLaw, factors, laws_on, parameter_of, span, speeds_of
 from fibrefit.series.thresholds import PREFERRED, SIMPLER_LAW

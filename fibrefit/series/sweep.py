@@ -19,7 +19,7 @@ from jax.custom_batching import sequential_vmap
 from jax.flatten_util import ravel_pytree
 
 from fibrefit.core.threads import THREADS, thread_pool
-from fibrefit.problem.statement.observations import LENGTH_STEP
+from fibrefit.problem import LENGTH_STEP
 from fibrefit.rigs.inverted_pendulum import INVERTED_PENDULUM, InvertedPendulum
 from fibrefit.rigs.rig import Start
 from fibrefit.series.jumps import Extremes

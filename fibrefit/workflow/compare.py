@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import sha256_of
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem import Problem
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.predict import CrossValidation
 from fibrefit.sampling.thresholds import PARETO_K

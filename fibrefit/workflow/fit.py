@@ -15,7 +15,7 @@ from fibrefit.core.limits import Progress
 from fibrefit.core.threads import one_blas_thread
 from fibrefit.fitting.identify import How, identify
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task
 from fibrefit.records import Record
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study

@@ -10,8 +10,7 @@ import numpy as np
 from fibrefit.core.matrices import correlation_matrix
 from fibrefit.fitting.checks import BOUNDS
 from fibrefit.fitting.result import Gap, Identification, Starts, total
-from fibrefit.problem.statement.layout import Belief
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem import Belief, Problem
 from fibrefit.records import Record
 from fibrefit.report.sentences.fit import (
     advice_sentence,

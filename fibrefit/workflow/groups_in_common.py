@@ -9,8 +9,7 @@ import numpy as np
 
 from fibrefit.core.declarations import PHASES, STATES, TURNING
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.diagnose.motion import Motion
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem import Motion, Problem
 from fibrefit.store.hdf5 import Variable
 
 BY_SAMPLE = ("record", "sample")

@@ -11,9 +11,7 @@ from fibrefit.core.programs import bound_programs
 from fibrefit.laws.catalogue import select_effects
 from fibrefit.laws.families import goes_by_place
 from fibrefit.laws.law import Effect
-from fibrefit.problem.diagnose.channels import refuse_contradictory
-from fibrefit.problem.formulation import formulate, formulate_planned, stated_numbers, trace_of
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task, formulate, formulate_planned, refuse_contradictory, stated_numbers, trace_of
 from fibrefit.records import Record, joined, read_record, side_by_side
 from fibrefit.records.copies import first_copy
 from fibrefit.rigs.catalogue import RIGS, rig_of

@@ -11,8 +11,7 @@ import numpy as np
 
 from fibrefit.core.formatting import Card, Shown
 from fibrefit.core.paths import record_stems, write_whole
-from fibrefit.problem.diagnose.motion import Motion
-from fibrefit.problem.task import Task
+from fibrefit.problem import Motion, Task
 from fibrefit.store import ResultDirectory
 from fibrefit.store.hdf5 import Variable, write_result
 from fibrefit.store.summary import provenance

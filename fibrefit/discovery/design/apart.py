@@ -33,9 +33,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
+from fibrefit.problem import Observations, Problem, Task
 from fibrefit.simulation.model import Experiment
 
 FITTED_WELL = 1e-6

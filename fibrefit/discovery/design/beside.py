@@ -9,7 +9,7 @@ import numpy as np
 
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.search.search import Search
-from fibrefit.problem.noise.coloured import BlockFilter
+from fibrefit.problem import BlockFilter
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,7 @@ from fibrefit.discovery.engine.thresholds import UNIQUE
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem.inputs.sensitivities import whitened_sensitivities
-from fibrefit.problem.statement.observations import Observations
+from fibrefit.problem import Observations, whitened_sensitivities
 
 LITTLE = 0.01
 """Share of strengths that spoil no motion, for what is compared without a strength that is requested."""

@@ -10,9 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.discovery.model.finding import Choice
-from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
+from fibrefit.problem import Observations, Problem, Task
 from fibrefit.rigs.thresholds import FARTHER
 from fibrefit.simulation.inputs import Signals
 from fibrefit.simulation.model import ORDER, Experiment

@@ -31,7 +31,7 @@ from fibrefit.discovery.engine.thresholds import APART, PRICE, UNIQUE, gate
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task
 
 Purpose = Literal["errors", "rivals", "power"]
 

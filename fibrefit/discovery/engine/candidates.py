@@ -18,7 +18,7 @@ from fibrefit.discovery.engine.refit import Refit, Subset, predictor_step, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.laws.families import instants
 from fibrefit.laws.law import Effect
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task
 
 SMALL = 0.1
 """Strength at which a refit starts, as a share of the typical one: small enough not to spoil the orbit."""

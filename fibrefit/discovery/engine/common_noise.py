@@ -9,12 +9,18 @@ import numpy as np
 
 from fibrefit.discovery.engine.journal import digest
 from fibrefit.discovery.engine.supermodel import InputSensitivities, Supermodel
-from fibrefit.problem.inputs.sensitivities import StepLikelihood, step_likelihood, whitened_sensitivities
-from fibrefit.problem.noise.coloured import BlockFilter, in_blocks
-from fibrefit.problem.noise.rounding import with_steps
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whittle import noise_of_steps, whitening_of
-from fibrefit.problem.statement.observations import Steps
+from fibrefit.problem import (
+    BlockFilter,
+    Noise,
+    StepLikelihood,
+    Steps,
+    in_blocks,
+    noise_of_steps,
+    step_likelihood,
+    whitened_sensitivities,
+    whitening_of,
+    with_steps,
+)
 
 
 @dataclass(frozen=True)

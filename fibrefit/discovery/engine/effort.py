@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fibrefit.discovery.engine import thresholds
-from fibrefit.problem.estimate.gauss_newton import Effort
+from fibrefit.problem import Effort
 
 Listed = TypeVar("Listed")
 

@@ -11,7 +11,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants, number_of_sets
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import MarginalLikelihood
+from fibrefit.problem import MarginalLikelihood
 
 
 @dataclass(frozen=True)

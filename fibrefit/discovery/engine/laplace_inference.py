@@ -26,12 +26,17 @@ from fibrefit.discovery.engine.secant import SecantGram, Seed
 from fibrefit.discovery.engine.supermodel import Supermodel, change_products, stretch_products
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
-from fibrefit.problem.estimate.gauss_newton import better_minima, mode
-from fibrefit.problem.linear_model.normal_equations import PosteriorMode
-from fibrefit.problem.linear_model.unknowns import Gram, Unknowns
-from fibrefit.problem.noise.rounding import same_noise
-from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem import (
+    Gram,
+    MarginalLikelihood,
+    Noise,
+    PosteriorMode,
+    Unknowns,
+    better_minima,
+    laplace_evidence,
+    mode,
+    same_noise,
+)
 
 
 class LaplaceInference:

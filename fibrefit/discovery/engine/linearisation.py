@@ -10,9 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, sensitivities_of
-from fibrefit.problem.task import Task
+from fibrefit.problem import InputCoefficients, InputSensitivities, Task, sensitivities_of
 
 
 class Reactions(NamedTuple):

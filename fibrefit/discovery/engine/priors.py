@@ -13,8 +13,7 @@ from fibrefit.discovery.engine.candidates import SearchContext
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import VANISHES
 from fibrefit.laws.law import Effect
-from fibrefit.problem.linear_model.unknowns import Place, Unknowns
-from fibrefit.problem.statement.layout import Slot
+from fibrefit.problem import Place, Slot, Unknowns
 
 BASE_SD, SHAPE_SD, STRENGTH_SD = 1.0, 1.5, 1.0
 """Priors: of the logarithm of a base parameter about the first fit, of the logarithm of a shape about its typical size,

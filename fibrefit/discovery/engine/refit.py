@@ -16,7 +16,7 @@ import numpy as np
 from fibrefit.core.arrays import assembled, gathered
 from fibrefit.core.matrices import equilibrated, scale_of
 from fibrefit.discovery.engine.supermodel import Supermodel
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem import Problem
 
 ARRIVED = 0.1
 """Promised fall at which a step is not taken, as a share of the fall that is small enough to stop after."""

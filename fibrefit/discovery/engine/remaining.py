@@ -15,12 +15,21 @@ import numpy as np
 from fibrefit.discovery.engine.common_noise import CommonNoise
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import ALARM
-from fibrefit.problem.linear_model.view import DRAWS_OF_ERRORS, antithetic_draws, gaussian_draws, with_best_input_errors
-from fibrefit.problem.noise.coloured import BlockFilter, in_blocks
-from fibrefit.problem.noise.level_shifts import LevelShift, level_shifts, without_shifts
-from fibrefit.problem.noise.rounding import with_steps
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whittle import noise_of_residuals, whitening_of
+from fibrefit.problem import (
+    DRAWS_OF_ERRORS,
+    BlockFilter,
+    LevelShift,
+    Noise,
+    antithetic_draws,
+    gaussian_draws,
+    in_blocks,
+    level_shifts,
+    noise_of_residuals,
+    whitening_of,
+    with_best_input_errors,
+    with_steps,
+    without_shifts,
+)
 
 
 @jax.jit

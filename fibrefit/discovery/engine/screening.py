@@ -15,8 +15,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
-from fibrefit.problem.linear_model.normal_equations import ScoreTest
-from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP, Gram, Place, Unknowns
+from fibrefit.problem import DIFFERENCE_STEP, Gram, Place, ScoreTest, Unknowns
 
 WEAK = 0.02
 """Strength, as a share of the typical one, at which an effect enters a model that is nearly right."""

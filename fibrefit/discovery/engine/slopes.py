@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fibrefit.core.arrays import RAN_AWAY
-from fibrefit.problem.inputs.sensitivities import InputSensitivities
+from fibrefit.problem import InputSensitivities
 
 
 class Slopes(NamedTuple):

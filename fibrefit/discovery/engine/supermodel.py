@@ -19,13 +19,21 @@ from fibrefit.core.limits import check_time
 from fibrefit.core.programs import kept_program
 from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.laws.law import Effect, SensorLaw, extends
-from fibrefit.problem.inputs.errors_in_variables import corrected, downweighted, input_errors, instant_weights
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, StepLikelihood
-from fibrefit.problem.noise.coloured import BlockFilter
-from fibrefit.problem.statement.layout import Layout, Range, Slot
-from fibrefit.problem.statement.observations import Observations
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
+from fibrefit.problem import (
+    BlockFilter,
+    InputSensitivities,
+    Layout,
+    Observations,
+    Problem,
+    Range,
+    Slot,
+    StepLikelihood,
+    Task,
+    corrected,
+    downweighted,
+    input_errors,
+    instant_weights,
+)
 
 WIDTH = 12
 """Columns a program varies; more take several runs, each with one more of the residuals, a twelfth of the work. To make

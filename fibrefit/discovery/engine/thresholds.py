@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2
 
-from fibrefit.problem.estimate.evidence import MarginalLikelihood
+from fibrefit.problem import MarginalLikelihood
 
 NAMED = 5.0
 """Logarithm of the Bayes factor from which an effect is named. On forty series without an effect the largest was 0.5 in

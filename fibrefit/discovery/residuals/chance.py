@@ -19,7 +19,7 @@ import numpy as np
 
 from fibrefit.discovery.engine.thresholds import KNOWN, WRONGLY
 from fibrefit.discovery.residuals.eigenvalues import autocorrelation, eigenvalues
-from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem import Noise
 
 TRIED = 400
 """Values of t of which the best is taken."""

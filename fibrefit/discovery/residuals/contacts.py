@@ -10,7 +10,7 @@ from fibrefit.core.declarations import SLACK, TAUT
 from fibrefit.discovery.engine.thresholds import DENSE, FEWEST_CONTACTS, FEWEST_IN_CONTACT, ORDERED, SOON
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import ChannelResidual
-from fibrefit.problem.diagnose.motion import ResidualSet
+from fibrefit.problem import ResidualSet
 
 STEPS = 60
 """Times after take-up that are tried."""

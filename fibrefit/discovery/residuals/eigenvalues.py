@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from fibrefit.problem.noise.spectrum import Noise
+from fibrefit.problem import Noise
 
 EXACT = 128
 """Samples up to which the eigenvalues are computed; of longer windows the mean periodogram has them, within a percent

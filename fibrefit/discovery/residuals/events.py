@@ -15,7 +15,7 @@ from fibrefit.core.declarations import HELD, REST
 from fibrefit.discovery.engine.thresholds import AROUND_EVENT, LOUD_AFTER, LOUD_AT_ONCE, PHASE_SEEN, STRETCHED
 from fibrefit.discovery.residuals.chance import loudest
 from fibrefit.discovery.residuals.residuals import ChannelResidual, channel_residuals
-from fibrefit.problem.diagnose.motion import ResidualSet
+from fibrefit.problem import ResidualSet
 
 AT_ONCE = 5
 """Windows just after an event and just before it."""

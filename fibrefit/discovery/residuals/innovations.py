@@ -33,10 +33,16 @@ from fibrefit.discovery.engine.thresholds import (
     SLOW_BELOW,
 )
 from fibrefit.discovery.residuals.thresholds import FEWEST_TELLING
-from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP
-from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts
-from fibrefit.problem.noise.readings import unbroken
-from fibrefit.problem.noise.spectrum import Noise, periodogram, without_lines
+from fibrefit.problem import (
+    DIFFERENCE_STEP,
+    LevelShift,
+    Noise,
+    joint_probability,
+    level_shifts,
+    periodogram,
+    unbroken,
+    without_lines,
+)
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 

@@ -7,9 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.diagnose.motion import Motion, ResidualSet
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem import Motion, Noise, Problem, ResidualSet
 
 SHORTEST_WINDOW = 0.010
 """Length in s of the shortest windows whose gap is compared: a fraction of a contact."""

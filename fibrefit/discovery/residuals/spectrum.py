@@ -9,8 +9,7 @@ import numpy as np
 
 from fibrefit.discovery.engine.thresholds import FEWEST_IN_BAND, NARROW, OUTSIDE, SHORTEST_SEGMENT
 from fibrefit.discovery.residuals.residuals import ChannelResidual
-from fibrefit.problem.noise.spectrum import MAINS, Noise
-from fibrefit.problem.thresholds import BESIDE_MAINS
+from fibrefit.problem import BESIDE_MAINS, MAINS, Noise
 
 LONGEST_SEGMENT = 4096
 """Samples of a segment, at most."""

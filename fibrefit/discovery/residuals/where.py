@@ -11,7 +11,7 @@ from fibrefit.discovery.residuals.contacts import after_take_up
 from fibrefit.discovery.residuals.events import events
 from fibrefit.discovery.residuals.residuals import SHORTEST_WINDOW, ChannelResidual, channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
-from fibrefit.problem.diagnose.motion import ResidualSet
+from fibrefit.problem import ResidualSet
 from fibrefit.study.summaries.discovery import GapPlace
 
 SPANS = (1, 4, 16)

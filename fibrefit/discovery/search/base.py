@@ -24,7 +24,7 @@ from fibrefit.discovery.engine.refit import Refit
 from fibrefit.discovery.engine.supermodel import Supermodel, is_quick, supermodel_of
 from fibrefit.laws.catalogue import is_costly
 from fibrefit.laws.law import Effect
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,7 @@ from fibrefit.discovery.engine.refit import Subset, refit
 from fibrefit.discovery.engine.secant import SecantGram
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.search import Search
-from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.estimate.gauss_newton import NOTICEABLE_FALL, mode
-from fibrefit.problem.linear_model.normal_equations import Arrowhead
+from fibrefit.problem import NOTICEABLE_FALL, Arrowhead, MarginalLikelihood, mode
 from fibrefit.study.summaries.discovery import HeldOut
 
 REFIT_STEPS = 15

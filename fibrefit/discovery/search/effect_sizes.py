@@ -15,7 +15,7 @@ from fibrefit.discovery.engine.refit import refit
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
-from fibrefit.problem.diagnose.newton import ForceBalance
+from fibrefit.problem import ForceBalance
 from fibrefit.study.summaries.discovery import Weight
 
 

@@ -19,8 +19,7 @@ from fibrefit.discovery.engine.secant import Seed
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.laws.families import instants_of
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import MarginalLikelihood, laplace_evidence
-from fibrefit.problem.estimate.gauss_newton import mode
+from fibrefit.problem import MarginalLikelihood, laplace_evidence, mode
 
 
 def extended(

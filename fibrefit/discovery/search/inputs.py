@@ -20,8 +20,7 @@ from fibrefit.discovery.engine.thresholds import BEYOND_DOUBT, NAMED, OBJECTS, o
 from fibrefit.discovery.search.linearised import About, linearised_once, search_about
 from fibrefit.discovery.search.search import Search
 from fibrefit.fitting.search.optimum import reacts_alike
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.inputs.sensitivities import InputSensitivities
+from fibrefit.problem import InputCoefficients, InputSensitivities
 
 
 def coefficients_of(search: Search, fitted: LaplaceFit) -> InputCoefficients | None:

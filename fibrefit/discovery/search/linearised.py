@@ -18,7 +18,7 @@ from fibrefit.discovery.engine.linearisation import AS_BEGUN, Linearisation
 from fibrefit.discovery.engine.refit import Refit, refit
 from fibrefit.discovery.engine.supermodel import Supermodel, supermodel_of
 from fibrefit.discovery.search.search import Search
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, StepLikelihood
+from fibrefit.problem import InputSensitivities, StepLikelihood
 
 
 class About(NamedTuple):

@@ -11,7 +11,7 @@ from fibrefit.discovery.engine.screening import stands_for_differences
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.families import family_of, may_be_shared, number_of_sets, shared_by
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import SIGMA_LEVELS
+from fibrefit.problem import SIGMA_LEVELS
 
 ALIKE = SIGMA_LEVELS[1]
 """Relative standard deviation that is taken for none: nearer to each other no values of records are believed to be."""

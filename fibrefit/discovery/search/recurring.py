@@ -20,7 +20,7 @@ from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.search.screen import Screen
 from fibrefit.laws.families import family_of, instants_of
 from fibrefit.laws.law import INSTANTS, Effect
-from fibrefit.problem.linear_model.normal_equations import ScoreTest
+from fibrefit.problem import ScoreTest
 
 
 def may_recur(effect: type[Effect], known: Mapping[type[Effect], PredictedGain]) -> bool:

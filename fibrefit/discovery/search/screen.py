@@ -28,9 +28,7 @@ from fibrefit.discovery.engine.slopes import Slopes
 from fibrefit.discovery.engine.supermodel import Supermodel
 from fibrefit.discovery.engine.thresholds import PRICE
 from fibrefit.laws.law import Effect
-from fibrefit.problem.estimate.evidence import MarginalLikelihood
-from fibrefit.problem.linear_model.normal_equations import ScoreTest
-from fibrefit.problem.linear_model.unknowns import Gram, Unknowns
+from fibrefit.problem import Gram, MarginalLikelihood, ScoreTest, Unknowns
 
 
 class Elsewhere(NamedTuple):

@@ -23,8 +23,7 @@ from fibrefit.discovery.search.search import EffectSearch, Search
 from fibrefit.fitting.checks import AGREED, check, starts_agree, undecided
 from fibrefit.fitting.result import Identification, total
 from fibrefit.laws.law import Effect
-from fibrefit.problem.inputs.sensitivities import sensitivities_of
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task, sensitivities_of
 from fibrefit.study.summaries.check import SIZE
 
 

@@ -33,10 +33,17 @@ from fibrefit.fitting.thresholds import (
     ROUGHLY,
 )
 from fibrefit.fitting.uncertainty import Scores
-from fibrefit.problem.estimate.gauss_newton import mode
-from fibrefit.problem.inputs.errors_in_variables import (
+from fibrefit.problem import (
     InputCoefficients,
     InputErrors,
+    InputSensitivities,
+    Linearised,
+    Place,
+    PosteriorMode,
+    Problem,
+    Task,
+    Unknowns,
+    View,
     corrected,
     downweighted,
     downweights,
@@ -44,15 +51,12 @@ from fibrefit.problem.inputs.errors_in_variables import (
     expanded,
     input_errors,
     instant_weights,
+    mode,
     no_errors,
     samples_about,
+    weighted_sensitivities,
+    without_input_errors,
 )
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities, without_input_errors
-from fibrefit.problem.linear_model.normal_equations import PosteriorMode
-from fibrefit.problem.linear_model.unknowns import Place, Unknowns
-from fibrefit.problem.linear_model.view import View
-from fibrefit.problem.statement.problem import Linearised, Problem
-from fibrefit.problem.task import Task
 from fibrefit.study.summaries.results import InputErrorSummary
 
 SHORTENED = 3

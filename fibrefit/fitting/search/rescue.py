@@ -32,11 +32,7 @@ from fibrefit.fitting.search.solve import (
 )
 from fibrefit.fitting.search.starts import STARTS_AT_ONCE, Searched, basins_of, collected, with_rows
 from fibrefit.fitting.thresholds import FIT_TOLERANCE, LOSES
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients, input_errors
-from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
-from fibrefit.problem.thresholds import GAP_OF_NOISE
+from fibrefit.problem import GAP_OF_NOISE, InputCoefficients, Layout, Problem, Task, input_errors
 
 ROUNDS = 3
 """How often there is a look around what is the best minimum by then, and a second solver from there."""

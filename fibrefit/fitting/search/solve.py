@@ -11,7 +11,7 @@ import numpy as np
 
 from fibrefit.core.arrays import assembled, gram_root
 from fibrefit.core.programs import kept_program
-from fibrefit.problem.statement.problem import Linearised, Problem
+from fibrefit.problem import Linearised, Problem
 
 MAX_STEPS = 60
 ROUGH_STEPS = 12

@@ -27,10 +27,7 @@ from fibrefit.fitting.search.solve import (
     widths,
 )
 from fibrefit.fitting.thresholds import LESS_PROBABLE, SAME_BASIN
-from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.observations import LENGTH_STEP
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
+from fibrefit.problem import LENGTH_STEP, Layout, Problem, Task
 
 STARTS_AT_ONCE = 4
 """Starts that are searched from in one go, by one core; so few are all left where they are drawn."""

@@ -13,8 +13,7 @@ from fibrefit.report.sentences.thresholds import HEAVY_TAILS
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
-    from fibrefit.problem.noise.likelihood import NoiseModel
-    from fibrefit.problem.posterior.prior import Prior
+    from fibrefit.problem import NoiseModel, Prior
 
 VALUES_NAMED = 3
 """Values by which a mode is described."""

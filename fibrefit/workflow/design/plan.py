@@ -22,7 +22,7 @@ from fibrefit.discovery.search.setup import set_up
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.thresholds import FEW_STARTS
 from fibrefit.laws.law import Effect
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task
 from fibrefit.report.sentences.discovery import further_record, shown_condition, shown_probability
 from fibrefit.rigs.rig import Rig
 from fibrefit.simulation.model import Experiment

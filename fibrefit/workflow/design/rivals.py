@@ -16,7 +16,7 @@ from fibrefit.discovery.engine.thresholds import NAMED
 from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.law import Effect
-from fibrefit.problem.task import Task
+from fibrefit.problem import Task
 
 NOT_THERE = "The evidence for {} in the records at hand is too weak to name it; it counts as"
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.core.declarations import ROLES
 from fibrefit.core.formatting import format_quantity, in_words
-from fibrefit.problem.diagnose.newton import ForceBalance
+from fibrefit.problem import ForceBalance
 from fibrefit.records import Record
 from fibrefit.report.sentences.prediction import OF_PREDICTION, prediction_check_summaries, prediction_sentence
 from fibrefit.report.text import explained_told

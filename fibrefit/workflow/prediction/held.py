@@ -10,10 +10,7 @@ import numpy as np
 
 from fibrefit.fitting.search.optimum import with_input_errors
 from fibrefit.fitting.search.solve import descend, widths
-from fibrefit.problem.inputs.errors_in_variables import error_rms, input_errors
-from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
+from fibrefit.problem import Layout, Problem, Task, error_rms, input_errors
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from scipy.stats import chi2, f
 
 from fibrefit.fitting.checks import check, finite
 from fibrefit.fitting.uncertainty import Freedom
-from fibrefit.problem.thresholds import GAP_OF_NOISE
+from fibrefit.problem import GAP_OF_NOISE
 from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.prediction.known import widened
 from fibrefit.workflow.thresholds import LACKING, RARE

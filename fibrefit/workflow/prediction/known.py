@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 
 from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import sha256_of
-from fibrefit.problem.formulation import parameter_slots
+from fibrefit.problem import parameter_slots
 from fibrefit.simulation.model import Model
 from fibrefit.store.hdf5 import Groups, Variable, read_result
 from fibrefit.store.summary import files_of_result, folder_of_result, read_summary

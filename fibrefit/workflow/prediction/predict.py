@@ -15,11 +15,7 @@ from fibrefit.core.limits import Progress, quiet
 from fibrefit.core.threads import one_blas_thread
 from fibrefit.fitting.residuals import evaluate
 from fibrefit.fitting.uncertainty import Freedom, freedom_of, predictive_slopes, predictive_variance
-from fibrefit.problem.diagnose.newton import ForceBalance
-from fibrefit.problem.formulation import formulate
-from fibrefit.problem.statement.layout import Layout
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
+from fibrefit.problem import ForceBalance, Layout, Problem, Task, formulate
 from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study

@@ -10,9 +10,7 @@ import numpy as np
 
 from fibrefit.fitting.residuals import Evaluation
 from fibrefit.fitting.uncertainty import Freedom
-from fibrefit.problem.diagnose.newton import ForceBalance
-from fibrefit.problem.statement.problem import Problem
-from fibrefit.problem.task import Task
+from fibrefit.problem import ForceBalance, Problem, Task
 from fibrefit.records import Record
 from fibrefit.study import Study
 from fibrefit.workflow.prediction.held import Held

@@ -16,8 +16,7 @@ from fibrefit.core.limits import Progress
 from fibrefit.core.paths import write_whole
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
-from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.task import Task
+from fibrefit.problem import InputCoefficients, Task
 from fibrefit.records import Record
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 
-from fibrefit.problem.formulation import stated_numbers
+from fibrefit.problem import stated_numbers
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.series.meta_analysis import BY_ORDER, Quantity
 from fibrefit.study import Study

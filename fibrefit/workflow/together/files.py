@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.fitting.gls import interval_of_shared, kind_of_interval
-from fibrefit.problem.thresholds import GAP_OF_NOISE
+from fibrefit.problem import GAP_OF_NOISE
 from fibrefit.series.meta_analysis import Quantity
 from fibrefit.series.speed_laws import BY_EFFECT, parameter_of
 from fibrefit.series.speed_models import LawCurve, Verdict
