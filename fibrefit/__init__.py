@@ -23,7 +23,7 @@ from fibrefit.core.environment import configure_jax as _configure_jax
 
 if TYPE_CHECKING:
     from fibrefit.records.read import read_record
-    from fibrefit.rigs.described import described_effects as effects
+    from fibrefit.rigs.effects import described_effects as effects
     from fibrefit.study.load import example, examples, load_study
     from fibrefit.workflow.batches.run import batch
     from fibrefit.workflow.design.distinguish import distinguish_study as confuse
@@ -64,7 +64,7 @@ __all__ = [
 #: Where each public function lives; it is imported when it is first used.
 _HOMES = {
     "batch": "fibrefit.workflow.batches.run:batch",
-    "effects": "fibrefit.rigs.described:described_effects",
+    "effects": "fibrefit.rigs.effects:described_effects",
     "example": "fibrefit.study.load:example",
     "examples": "fibrefit.study.load:examples",
     "inspect": "fibrefit.workflow.inspection.inspection:inspect",

@@ -70,7 +70,7 @@ def _cell(text: str) -> str:
 
 
 def _page(effect: Any, has_picture: bool) -> str:
-    from fibrefit.rigs.described import effect_facts
+    from fibrefit.rigs.effects import effect_facts
 
     facts, parts = effect_facts(effect), _parts(effect)
     lines = [f"# {effect.name}", "", _plain(parts[""]), "", "## Law", "", _plain(parts.get("Law", "")), ""]
@@ -113,7 +113,7 @@ def _range(one: dict[str, Any]) -> str:
 
 def _drawn(effect: Any, folder: Path) -> bool:
     """Whether there is a picture of an effect; it is drawn unless it is there and newer than the law."""
-    from fibrefit.rigs.picture import picture_of
+    from fibrefit.rigs.effects import picture_of
 
     file, law = folder / f"{_file(effect.name)}.png", Path(inspect.getfile(effect))
     if file.is_file() and file.stat().st_mtime > law.stat().st_mtime:

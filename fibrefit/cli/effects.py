@@ -31,7 +31,7 @@ def effects_command(terminal: Terminal, name: str | None, check: bool) -> int:
     here, and to the folder of the study wherever a study is worked on: in its effects, in --also, --only and --exclude.
     """
     from fibrefit.laws.catalogue import CATALOGUE, all_wrong, find_effect
-    from fibrefit.rigs.described import effect_facts, sections
+    from fibrefit.rigs.effects import effect_facts, sections
 
     if check:
         if name is None:
@@ -68,8 +68,7 @@ def effects_command(terminal: Terminal, name: str | None, check: bool) -> int:
 def _page(effect: type[Effect], name: str, picture: bool) -> str:
     """All about one effect, by the name that was requested; with its curve at typical values, in letters."""
     from fibrefit.report.text_plot import CHANGED, PLAIN, text_plot
-    from fibrefit.rigs.described import rigs_of, sections
-    from fibrefit.rigs.picture import picture_of
+    from fibrefit.rigs.effects import picture_of, rigs_of, sections
 
     parts = sections(effect)
     lines = [effect.name, "=" * len(effect.name), "", _filled(parts[""])]

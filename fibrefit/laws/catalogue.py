@@ -16,39 +16,26 @@ from typing import Protocol, TypeGuard
 from fibrefit.core.declarations import Capability
 from fibrefit.core.errors import StudyError, as_one, did_you_mean
 from fibrefit.core.paths import is_plain_file, read_plain_file
-from fibrefit.laws import changes, study
+from fibrefit.laws import changes, pushes, study
 from fibrefit.laws import functions_of_speed as speed
 from fibrefit.laws.contract import KINDS, refusals, unusable, violations
 from fibrefit.laws.drive.compliance import Compliance
 from fibrefit.laws.drive.play import Play
 from fibrefit.laws.families import MARK, called_with_place, family_of
-from fibrefit.laws.fibre.creep import Creep
+from fibrefit.laws.fibre import relaxation, series
 from fibrefit.laws.fibre.free_length_offset import FreeLengthOffset
-from fibrefit.laws.fibre.hardening import Hardening
 from fibrefit.laws.fibre.hysteresis import Hysteresis
-from fibrefit.laws.fibre.maxwell_branch import MaxwellBranch
 from fibrefit.laws.fibre.point_masses import PointMasses, point_masses
-from fibrefit.laws.fibre.rate_dependence import RateDependentDamping, RateDependentStiffness
 from fibrefit.laws.fibre.toe_region import ToeRegion
-from fibrefit.laws.guide.asymmetry import AsymmetricFriction, AsymmetricViscousFriction
-from fibrefit.laws.guide.friction_over_position import FrictionOverPosition
-from fibrefit.laws.guide.load_dependent_friction import LoadDependentFriction
+from fibrefit.laws.guide import drag, friction_level
 from fibrefit.laws.guide.loose_mass import LooseMass
 from fibrefit.laws.guide.presliding import Presliding
-from fibrefit.laws.guide.quadratic_drag import QuadraticDrag
 from fibrefit.laws.guide.spring import Spring
-from fibrefit.laws.guide.stribeck_friction import StribeckFriction
-from fibrefit.laws.guide.viscous_friction import ViscousFriction
 from fibrefit.laws.law import Effect
 from fibrefit.laws.pivot.quadratic_damping import QuadraticDamping
-from fibrefit.laws.pulley.bearing_friction import BearingFriction
 from fibrefit.laws.pulley.capstan_friction import CapstanFriction
 from fibrefit.laws.pulley.eccentricity import Eccentricity
-from fibrefit.laws.pulley.inertia import PulleyInertia
-from fibrefit.laws.push.force_delay import PushDelay
-from fibrefit.laws.push.force_gain import PushGain
-from fibrefit.laws.push.force_lag import PushLag
-from fibrefit.laws.push.hold import PushHold
+from fibrefit.laws.pulley.rim import BearingFriction, PulleyInertia
 from fibrefit.laws.sensor import calibration, dynamics
 from fibrefit.laws.sensor.dial_gauge_force import DialGaugeForce
 from fibrefit.laws.sensor.position_ripple import PositionRipple
@@ -87,28 +74,28 @@ class CatalogueEntry:
 _BY_A_FIBRE = frozenset({Capability.FIBRE})
 
 _ENTRIES: tuple[CatalogueEntry, ...] = (
-    CatalogueEntry(ViscousFriction, alternative=_BY_A_FIBRE),
-    CatalogueEntry(StribeckFriction, alternative=_BY_A_FIBRE),
-    CatalogueEntry(LoadDependentFriction, alternative=_BY_A_FIBRE),
-    CatalogueEntry(QuadraticDrag),
-    CatalogueEntry(AsymmetricFriction),
-    CatalogueEntry(AsymmetricViscousFriction),
+    CatalogueEntry(drag.ViscousFriction, alternative=_BY_A_FIBRE),
+    CatalogueEntry(friction_level.StribeckFriction, alternative=_BY_A_FIBRE),
+    CatalogueEntry(friction_level.LoadDependentFriction, alternative=_BY_A_FIBRE),
+    CatalogueEntry(drag.QuadraticDrag),
+    CatalogueEntry(friction_level.AsymmetricFriction),
+    CatalogueEntry(drag.AsymmetricViscousFriction),
     CatalogueEntry(Presliding),
     CatalogueEntry(QuadraticDamping),
     CatalogueEntry(Spring, sought=None),
-    CatalogueEntry(FrictionOverPosition, sought=frozenset({Capability.PUSH})),
-    CatalogueEntry(PushDelay, alike=("push.force_lag", "push.hold")),
-    CatalogueEntry(PushLag, sought=None),
-    CatalogueEntry(PushHold, sought=None),
-    CatalogueEntry(PushGain, sought=None),
+    CatalogueEntry(friction_level.FrictionOverPosition, sought=frozenset({Capability.PUSH})),
+    CatalogueEntry(pushes.PushDelay, alike=("push.force_lag", "push.hold")),
+    CatalogueEntry(pushes.PushLag, sought=None),
+    CatalogueEntry(pushes.PushHold, sought=None),
+    CatalogueEntry(pushes.PushGain, sought=None),
     CatalogueEntry(speed.FrictionSpeedCurve, sought=None),
     CatalogueEntry(speed.FrictionPowerLaw, sought=None),
     CatalogueEntry(speed.FrictionSpeedExponent, sought=None),
-    CatalogueEntry(Hardening, alternative=_BY_A_FIBRE),
+    CatalogueEntry(series.Hardening, alternative=_BY_A_FIBRE),
     CatalogueEntry(ToeRegion),
-    CatalogueEntry(MaxwellBranch, alternative=_BY_A_FIBRE),
-    CatalogueEntry(RateDependentDamping, alternative=_BY_A_FIBRE),
-    CatalogueEntry(RateDependentStiffness),
+    CatalogueEntry(relaxation.MaxwellBranch, alternative=_BY_A_FIBRE),
+    CatalogueEntry(series.RateDependentDamping, alternative=_BY_A_FIBRE),
+    CatalogueEntry(series.RateDependentStiffness),
     CatalogueEntry(speed.StiffnessSpeedCurve, sought=None),
     CatalogueEntry(speed.StiffnessPowerLaw, sought=None),
     CatalogueEntry(speed.StiffnessSpeedExponent, sought=None),
@@ -117,7 +104,7 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(speed.DampingSpeedExponent, sought=None),
     CatalogueEntry(Hysteresis, alternative=_BY_A_FIBRE),
     CatalogueEntry(FreeLengthOffset, alike=("study.lift",)),
-    CatalogueEntry(Creep),
+    CatalogueEntry(relaxation.Creep),
     CatalogueEntry(changes.StiffnessDrift),
     CatalogueEntry(changes.StiffnessTrend),
     CatalogueEntry(changes.StiffnessWear),
@@ -373,9 +360,7 @@ def select_effects(
             refused.append(error)
     if refused:
         raise as_one(refused, "effects")
-    effects = tuple(found)
-    if points is not None:
-        effects = tuple(point_masses(points) if effect is PointMasses else effect for effect in effects)
+    effects = tuple(point_masses(points) if points is not None and one is PointMasses else one for one in found)
     known = [effect.name for effect in effects]
     for effect in effects:
         where = f'effect "{effect.name}"'

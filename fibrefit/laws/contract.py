@@ -9,7 +9,7 @@ import dataclasses
 import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -19,7 +19,7 @@ from fibrefit.core.declarations import ByInverse, Capability, Parameter
 from fibrefit.core.errors import StudyError, did_you_mean
 from fibrefit.core.units import is_si
 from fibrefit.laws.law import HISTORY_OF_MOTION, Effect
-from fibrefit.laws.ports import ANNOUNCED, PORTS, hooks_of, own_classes, port_of, said_by
+from fibrefit.laws.ports import ANNOUNCED, PORTS, hooks_of, overridden_hooks, port_of
 
 MOVED = {
     "rigs": "Name what the rig must have in acts_on, a set of Capability.",
@@ -157,7 +157,8 @@ def _of_parameters(effect: type[Effect], where: str) -> Iterator[StudyError]:
 
 def _of_methods(effect: type[Effect], where: str) -> Iterator[StudyError]:
     """Public names of a user's classes that mean nothing to the port."""
-    own, port = own_classes(effect), port_of(effect) or ""
+    port = port_of(effect) or ""
+    own = [cls for cls in effect.__mro__ if issubclass(cls, Effect) and not cls.__module__.startswith("fibrefit.")]
     known = {name for cls in effect.__mro__ if cls not in own for name in dir(cls)} | {"name"}
     fields = {field.name for field in dataclasses.fields(effect)}
     hooks = hooks_of(port)
@@ -194,13 +195,13 @@ def violations(effect: type[Effect], conditions: Mapping[str, float], where: str
         laws = _made(effect, where)
     except StudyError as error:
         return (*found, error)
-    said = said_by(effect)
-    for hook, flag in ANNOUNCED[port_of(effect) or ""].items():
+    said = overridden_hooks(effect)
+    for hook, flag in ANNOUNCED.get(port_of(effect) or "", {}).items():
         if hook in said and not getattr(effect, flag):
             found.append(StudyError(f"{where}, {hook}", f"never called, as {flag} is not set", f"{flag} in the class"))
-    answers = {hook: list(_of_hook(hook, laws, conditions, f"{where}, {hook}")) for hook in said}
-    found += [error for errors in answers.values() for error in errors]
-    if not found and all(_changed(hook, laws["typical"], conditions, (-FAR, *PLACES, FAR)) is None for hook in said):
+    hooks = [_Hook(name, effect, conditions) for name in said]
+    found += [error for hook in hooks for error in _of_hook(hook, laws, f"{where}, {hook.name}")]
+    if not found and all(_changed(hook, laws["typical"], (-FAR, *PLACES, FAR)) is None for hook in hooks):
         probed = f"positions and stretches to {1e3 * FAR:g} mm on either side, speeds to {max(SPEEDS):g} m/s"
         expected = f"an answer to one hook at least, somewhere at {probed}"
         found.append(StudyError(where, "changes nothing at its typical value", expected))
@@ -223,8 +224,8 @@ def unusable(effect: type[Effect], where: str) -> Iterator[StudyError]:
         yield error
         return
     # What is asked at once of a whole record hangs on its channels, its conditions and its length.
-    for hook in said_by(effect) if port_of(effect) not in AT_ONCE else ():
-        yield from _compiled(hook, laws, {}, f"{where}, {hook}")
+    for name in overridden_hooks(effect) if port_of(effect) not in AT_ONCE else ():
+        yield from _compiled(_Hook(name, effect, {}), laws, f"{where}, {name}")
 
 
 def _made(effect: type[Effect], where: str) -> dict[str, Any]:
@@ -241,72 +242,27 @@ def _made(effect: type[Effect], where: str) -> dict[str, Any]:
         raise StudyError(where, f"cannot be made: {_shown(error)}", "a class without __init__ of its own") from None
 
 
-def _of_hook(hook: str, laws: Mapping[str, Any], conditions: Mapping[str, float], where: str) -> Iterator[StudyError]:
-    """What is wrong with the answers of one hook."""
-    if wrong := list(_compiled(hook, laws, conditions, where)):
-        yield from wrong
-        return
-    ask, places = _asking(hook, laws["null"], conditions)
+class _Hook(NamedTuple):
+    """A hook of a kind of law, as it is asked, under conditions that a `RigLaw` may change."""
 
-    def with_slope(law: Any, x: jax.Array, v: jax.Array) -> Any:
-        """Answer, and how it changes where all that it depends on does."""
-        return jax.jvp(ask, (law, x, v), jax.tree.map(jnp.ones_like, (law, x, v)))
+    name: str
+    effect: type[Effect]
+    conditions: Mapping[str, float]
 
-    for choose, law in laws.items():
-        slopes = jax.jit(jax.vmap(with_slope, (None, 0, 0)))(law, *places)
-        for what, answer in zip(("value", "gradient"), slopes, strict=True):
-            if (row := _first(answer, lambda leaf: ~np.isfinite(leaf))) is not None:
-                yield StudyError(where, f"{what} not finite at its {choose} value, {_place(places, row)}", "a number")
-                return
-    if hook not in WITHOUT_A_TRACE and (row := _changed(hook, laws["null"], conditions)) is not None:
-        said = _place(places, row)
-        yield StudyError(where, f"does not vanish at its null: {said}", "exactly what the hook answers without the law")
-
-
-def _compiled(hook: str, laws: Mapping[str, Any], conditions: Mapping[str, float], where: str) -> Iterator[StudyError]:
-    """Why a hook cannot be compiled, or that its answer has another form; nothing is computed."""
-    ask, _ = _asking(hook, laws["null"], conditions)
-    try:
-        shape = jax.eval_shape(ask, laws["typical"], jnp.zeros(()), jnp.zeros(()))
-    except Exception as error:
-        yield StudyError(where, f"fails with {_shown(error)}", "an answer", FOR_ARRAYS)
-        return
-    if expected := _unlike(hook, laws["null"], shape, conditions):
-        yield StudyError(where, f"answers {_shape(shape)}", expected)
-
-
-def _asking(
-    hook: str, law: Effect, conditions: Mapping[str, float], places: tuple[float, ...] = PLACES
-) -> tuple[Callable[..., Any], tuple[Any, Any]]:
-    """The hook as a function of law, place and speed; and the places and speeds."""
-    x, v = (grid.ravel() for grid in jnp.meshgrid(jnp.array(places), jnp.array(SPEEDS)))
-
-    def ask(law: Any, x: jax.Array, v: jax.Array) -> Any:
-        return getattr(law, hook)(*_arguments(hook, type(law), x, v, conditions))
-
-    return ask, (x, v)
-
-
-def _arguments(
-    hook: str, effect: type[Effect], x: jax.Array, v: jax.Array, conditions: Mapping[str, float]
-) -> list[Any]:
-    memory = tuple(0.3 * x for _ in getattr(effect, "memory", ()))
-    known: dict[str, Any] = {name: jnp.asarray(value) for name, value in SET.items()}
-    known |= {"stretch": x, "position": x, "rate": v, "velocity": v, "memory": memory, "slack": jnp.array(False)}
-    known["direction"] = jnp.where(v < 0.0, -1.0, 1.0)
-    known["channels"] = {"force": 30.0 + v * jnp.ones(SAMPLES), "position": x * jnp.ones(SAMPLES)}
-    known["channels"] |= {name: v * jnp.ones(SAMPLES) for name in getattr(effect, "feels", ())}
-    known |= {"course": x * jnp.arange(float(SAMPLES)), "rates": v * jnp.ones(SAMPLES)}
-    known |= {"force": known["course"], "angle": x}
-    known |= {"times": jnp.arange(float(SAMPLES)), "conditions": {n: jnp.asarray(c) for n, c in conditions.items()}}
-    accepted = inspect.signature(hooks_of(port_of(effect) or "")[hook]).parameters
-    return [known[name] for name in accepted if name != "self"]
-
-
-def _neutral(hook: str, law: Effect, x: jax.Array, v: jax.Array, conditions: Mapping[str, float]) -> Any:
-    """What the hook answers where there is no law."""
-    effect = type(law)
-    return hooks_of(port_of(effect) or "")[hook](_Nothing(), *_arguments(hook, effect, x, v, conditions))
+    def answer(self, law: Any, x: jax.Array, v: jax.Array) -> Any:
+        """Of a law at a place and a speed; of None, what adds nothing."""
+        row = jnp.ones(SAMPLES)
+        known: dict[str, Any] = {name: jnp.asarray(value) for name, value in SET.items()}
+        known |= {"stretch": x, "position": x, "angle": x, "rate": v, "velocity": v, "slack": jnp.array(False)}
+        known["memory"] = tuple(0.3 * x for _ in getattr(self.effect, "memory", ()))
+        known["direction"] = jnp.where(v < 0.0, -1.0, 1.0)
+        known["channels"] = {"force": 30.0 + v * row, "position": x * row}
+        known["channels"] |= dict.fromkeys(getattr(self.effect, "feels", ()), v * row)
+        known |= {"times": jnp.arange(float(SAMPLES)), "course": x * jnp.arange(float(SAMPLES)), "rates": v * row}
+        known |= {"force": known["course"], "conditions": {n: jnp.asarray(c) for n, c in self.conditions.items()}}
+        plain = hooks_of(port_of(self.effect) or "")[self.name]
+        given = [known[name] for name in inspect.signature(plain).parameters if name != "self"]
+        return plain(_Nothing(), *given) if law is None else getattr(law, self.name)(*given)
 
 
 class _Nothing:
@@ -315,19 +271,51 @@ class _Nothing:
     memory = ()
 
 
-def _unlike(hook: str, law: Any, shape: Any, conditions: Mapping[str, float]) -> str:
-    """What the hook should have answered, where it is of another form."""
-    if hook in ("memory_rate", "memory_at_rest", "when_slack"):
-        number = len(law.memory)
-        right = isinstance(shape, tuple) and len(shape) == number and all(leaf.shape == () for leaf in shape)
-        return "" if right else f"a tuple of {number}, one for each name in memory"
-    if hook == "lags":
-        right = isinstance(shape, tuple) and all(isinstance(lag, tuple) and len(lag) == 2 for lag in shape)
-        return "" if right else "a tuple of pairs, weight and time constant"
-    plain = jax.eval_shape(lambda x: _neutral(hook, law, x, x, conditions), jnp.zeros(()))
-    alike: bool = jax.tree.structure(shape) == jax.tree.structure(plain)  # type: ignore[operator]
-    same = alike and [a.shape for a in jax.tree.leaves(shape)] == [b.shape for b in jax.tree.leaves(plain)]
-    return "" if same else _shape(plain)
+def _of_hook(hook: _Hook, laws: Mapping[str, Any], where: str) -> Iterator[StudyError]:
+    """What is wrong with the answers of one hook."""
+    if wrong := list(_compiled(hook, laws, where)):
+        yield from wrong
+        return
+
+    def with_slope(law: Any, x: jax.Array, v: jax.Array) -> Any:
+        """Answer, and how it changes where all that it depends on does."""
+        return jax.jvp(hook.answer, (law, x, v), jax.tree.map(jnp.ones_like, (law, x, v)))
+
+    places = _grid(PLACES)
+    for choose, law in laws.items():
+        slopes = jax.jit(jax.vmap(with_slope, (None, 0, 0)))(law, *places)
+        for what, answer in zip(("value", "gradient"), slopes, strict=True):
+            if (row := _first(answer, lambda leaf: ~np.isfinite(leaf))) is not None:
+                yield StudyError(where, f"{what} not finite at its {choose} value, {_place(places, row)}", "a number")
+                return
+    if hook.name not in WITHOUT_A_TRACE and (row := _changed(hook, laws["null"], PLACES)) is not None:
+        said = _place(places, row)
+        yield StudyError(where, f"does not vanish at its null: {said}", "exactly what the hook answers without the law")
+
+
+def _compiled(hook: _Hook, laws: Mapping[str, Any], where: str) -> Iterator[StudyError]:
+    """Why a hook cannot be compiled, or that its answer has another form; nothing is computed."""
+    zero = jnp.zeros(())
+    try:
+        shape = jax.eval_shape(hook.answer, laws["typical"], zero, zero)
+    except Exception as error:
+        yield StudyError(where, f"fails with {_shown(error)}", "an answer", FOR_ARRAYS)
+        return
+    whole = isinstance(shape, tuple)
+    if hook.name in ("memory_rate", "memory_at_rest", "when_slack"):
+        number = len(laws["null"].memory)
+        right = whole and len(shape) == number and all(leaf.shape == () for leaf in shape)
+        expected = f"a tuple of {number}, one for each name in memory"
+    elif hook.name == "lags":
+        right = whole and all(isinstance(lag, tuple) and len(lag) == 2 for lag in shape)
+        expected = "a tuple of pairs, weight and time constant"
+    else:
+        plain = jax.eval_shape(lambda x: hook.answer(None, x, x), zero)
+        alike: bool = jax.tree.structure(shape) == jax.tree.structure(plain)  # type: ignore[operator]
+        right = alike and [a.shape for a in jax.tree.leaves(shape)] == [b.shape for b in jax.tree.leaves(plain)]
+        expected = _shape(plain)
+    if not right:
+        yield StudyError(where, f"answers {_shape(shape)}", expected)
 
 
 def _shape(shape: Any) -> str:
@@ -338,17 +326,20 @@ def _shape(shape: Any) -> str:
     return f"a tuple of {len(shape)}" if isinstance(shape, tuple) else type(shape).__name__
 
 
-def _changed(hook: str, law: Effect, conditions: Mapping[str, float], places: tuple[float, ...] = PLACES) -> int | None:
+def _grid(places: tuple[float, ...]) -> tuple[Any, Any]:
+    x, v = (grid.ravel() for grid in jnp.meshgrid(jnp.array(places), jnp.array(SPEEDS)))
+    return x, v
+
+
+def _changed(hook: _Hook, law: Effect, places: tuple[float, ...]) -> int | None:
     """First place at which a hook answers anything but what it does without the law."""
-    ask, (x, v) = _asking(hook, law, conditions, places)
-    if hook == "lags":
-        lags = ask(law, x[0], v[0])
+    x, v = _grid(places)
+    if hook.name == "lags":
+        lags = hook.answer(law, x[0], v[0])
         whole = sum(np.real(weight) for weight, _ in lags) if lags else 1.0
         return None if whole == 1.0 and all(np.all(constant == 0.0) for _, constant in lags) else 0
-    answer = jax.vmap(lambda x, v: ask(law, x, v))(x, v)
-    plain = jax.vmap(lambda x, v: _neutral(hook, law, x, v, conditions))(x, v)
-    apart = jax.tree.map(lambda a, b: np.asarray(a) != np.asarray(b), answer, plain)
-    return _first(apart, lambda leaf: leaf)
+    answer, plain = (jax.vmap(lambda x, v, law=law: hook.answer(law, x, v))(x, v) for law in (law, None))
+    return _first(jax.tree.map(lambda a, b: np.asarray(a) != np.asarray(b), answer, plain), lambda leaf: leaf)
 
 
 def _first(answer: Any, wrong: Callable[[np.ndarray], np.ndarray]) -> int | None:

@@ -36,10 +36,7 @@ ANNOUNCED: dict[str, dict[str, str]] = {
     "pulley": {"inertia": "turns", "rubbing": "rubs"},
     "drive": {"compliance": "yields", "passed_on": "remembers"},
     "sensor": {"lags": "dynamic", "late_by": "dynamic"},
-    "push": {},
-    "pivot": {},
     "study": {"pace": "retimes"},
-    "rig": {},
 }
 """Hooks that are only called where the law announces them, and the attribute that does."""
 
@@ -65,12 +62,7 @@ def hooks_of(port: str) -> dict[str, FunctionType]:
     return {n: method for n, method in methods.items() if inspect.isfunction(method) and not n.startswith("_")}
 
 
-def own_classes(effect: type[Effect]) -> list[type]:
-    """Classes an effect is made of that are not the library's, the most derived first."""
-    return [cls for cls in effect.__mro__ if issubclass(cls, Effect) and not cls.__module__.startswith("fibrefit.")]
-
-
-def said_by(effect: type[Effect]) -> tuple[str, ...]:
+def overridden_hooks(effect: type[Effect]) -> tuple[str, ...]:
     """Hooks of its port to which an effect has an answer of its own."""
     port = port_of(effect)
     known = hooks_of(port) if port else {}

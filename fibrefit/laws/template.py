@@ -32,6 +32,13 @@ class Beginning(NamedTuple):
     more: str = ""
 
 
+_INCLINED = Beginning(
+    "The guide is inclined by ``c`` more than stated.",
+    "correct",
+    'conditions | {"inclination": conditions["inclination"] + self.coefficient}',
+    '"rad", "error of the inclination", 0.01',
+    "    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})\n",
+)
 BEGINNINGS = {
     "guide": Beginning(
         "Force ``c v^3`` against the motion.",
@@ -76,20 +83,8 @@ BEGINNINGS = {
         "self.coefficient * rate**3",
         '"N m s^3", "drag over the cube of the rate", 1e-4, lower=0.0',
     ),
-    "rig": Beginning(
-        "The guide is inclined by ``c`` more than stated.",
-        "correct",
-        'conditions | {"inclination": conditions["inclination"] + self.coefficient}',
-        '"rad", "error of the inclination", 0.01',
-        "    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})\n",
-    ),
-    "study": Beginning(
-        "The guide is inclined by ``c`` more than the study says.",
-        "correct",
-        'conditions | {"inclination": conditions["inclination"] + self.coefficient}',
-        '"rad", "error of the inclination", 0.01',
-        "    acts_on: ClassVar[frozenset[Capability]] = frozenset({Capability.INCLINE})\n",
-    ),
+    "rig": _INCLINED,
+    "study": _INCLINED._replace(law="The guide is inclined by ``c`` more than the study says."),
 }
 
 _SOURCE = '''"""A law of my own."""
@@ -162,7 +157,7 @@ def template(name: str) -> str:
     announced = "".join(
         f"    # {hook} is called only of a class with {'names in ' if flag == 'memory' else ''}{flag}"
         f"{'' if flag == 'memory' else ' = True'}.\n"
-        for hook, flag in ANNOUNCED[port].items()
+        for hook, flag in ANNOUNCED.get(port, {}).items()
     )
     types = [word for word in ("Channels", "Memory") if any(re.search(rf"\b{word}\b", s) for s in hooks.values())]
     used = {Effect.__module__: [*types, *(["of_force"] if "of_force" in begun.answer else []), "quantity"]}

@@ -9,14 +9,9 @@ from importlib import import_module
 from fibrefit.core.declarations import KINDS, declared_in
 from fibrefit.rigs.rig import Rig
 
-
-def _declared(kind: str) -> Rig:
-    module, name = declared_in(kind)
-    rig: Rig = getattr(import_module(module), name)
-    return rig
-
-
-RIGS: dict[str, Rig] = {kind: _declared(kind) for kind in KINDS}
+RIGS: dict[str, Rig] = {
+    kind: getattr(import_module(module), name) for kind in KINDS for module, name in (declared_in(kind),)
+}
 
 
 @lru_cache(maxsize=256)

@@ -79,18 +79,14 @@ class Excitation:
         position, rate : (n_time,) in m, (n_time,) in m/s
         """
         since = np.asarray(times, dtype=float) - self.lead
-        return self._cycles(since) if self.shape == "quasi_sine" else self._corners(since)
-
-    def _cycles(self, since: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        omega = 2.0 * self.rate / self.amplitude
-        period = 2.0 * math.pi / omega
-        turns = math.floor(max(since[-1], 0.0) / period) if self.cycles is None else self.cycles
-        angle = omega * np.clip(since, 0.0, turns * period)
-        half = 0.5 * self.amplitude
-        return half * (1.0 - np.cos(angle)), half * omega * np.sin(angle)
-
-    def _corners(self, since: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Pieces of constant acceleration, one after the other."""
+        if self.shape == "quasi_sine":
+            omega = 2.0 * self.rate / self.amplitude
+            period = 2.0 * math.pi / omega
+            turns = math.floor(max(since[-1], 0.0) / period) if self.cycles is None else self.cycles
+            angle = omega * np.clip(since, 0.0, turns * period)
+            half = 0.5 * self.amplitude
+            return half * (1.0 - np.cos(angle)), half * omega * np.sin(angle)
+        # Pieces of constant acceleration, one after the other.
         acceleration = self.acceleration or ACCELERATIONS[self.shape]
         corner = min(self.rate / acceleration, math.sqrt(self.amplitude / acceleration))
         cruise = self.amplitude / (acceleration * corner) - corner

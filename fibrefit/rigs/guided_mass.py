@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -9,15 +10,16 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from fibrefit.core.declarations import Capability, Parameter
+from fibrefit.core.errors import DataError
 from fibrefit.laws.law import Effect, GuideLaw, fast, laws_of
-from fibrefit.rigs.parts.bands import SpeedBands
-from fibrefit.rigs.parts.guide import CREEPING, Guide, Sliding
-from fibrefit.rigs.rig import Rig, Start, Values
-from fibrefit.rigs.signals.motion import along_motion, with_place
-from fibrefit.rigs.signals.rates import from_motion
-from fibrefit.rigs.starting.guided_mass import starting_guided_mass
+from fibrefit.rigs.parts.guide import CREEPING, Guide, Sliding, band_after, band_margin, first_band
+from fibrefit.rigs.rig import Initial, Rig, Start, Starting, Stated, Values
+from fibrefit.rigs.signals.rates import along_motion, derivative, from_motion, period_of, rates_of, with_place
+from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import FEWEST_SLIDING, PROVEN
 
 
 class GuidedMassState(NamedTuple):
@@ -72,8 +74,7 @@ class GuidedMass(eqx.Module):
     def margins(self, state: GuidedMassState, mode: GuidedMassMode, inputs: Any) -> GuidedMassMode:
         """Margins of each mode."""
         now, drive = self._sliding(state, inputs)
-        bands = SpeedBands.of(self.guide.laws)
-        band = None if bands is None else bands.margin(mode.band, state.velocity)
+        band = band_margin(self.guide.laws, mode.band, state.velocity)
         return GuidedMassMode(self.guide.margin(drive, mode.guide, now), band)
 
     def switch(
@@ -82,8 +83,7 @@ class GuidedMass(eqx.Module):
         """State and mode after the switches `crossed`."""
         velocity = self.guide.stop(mode.guide, crossed.guide, state.velocity)
         state = state._replace(velocity=velocity)
-        if (bands := SpeedBands.of(self.guide.laws)) is not None:
-            mode = mode._replace(band=bands.switch(mode.band, velocity, crossed.band))
+        mode = mode._replace(band=band_after(self.guide.laws, mode.band, velocity, crossed.band))
         now, drive = self._sliding(state, inputs)
         return state, mode._replace(guide=self.guide.settle(drive, mode.guide, crossed.guide, now))
 
@@ -98,15 +98,15 @@ class GuidedMass(eqx.Module):
             state = state._replace(bristle=jnp.where(velocity == 0.0, resting, bent))
             now, drive = self._sliding(state, inputs)
         direction = jnp.sign(velocity).astype(jnp.int32)
-        bands = SpeedBands.of(self.guide.laws)
-        band = None if bands is None else bands.switch(jnp.int32(0), velocity, jnp.array(True))
+        laws = self.guide.laws
+        band = band_after(laws, first_band(laws), velocity, jnp.array(True))
         still = self.guide.settle(drive, jnp.int32(0), jnp.array(True), now)
         moving = jnp.where(jnp.abs(still) == CREEPING, CREEPING * direction, direction)
         return state, GuidedMassMode(jnp.where(velocity == 0.0, still, moving), band)
 
     def _sliding(self, state: GuidedMassState, inputs: Any) -> tuple[Sliding, jax.Array]:
         """What the guide feels, and the force on the mass besides the guide's, in N."""
-        now = Sliding(state.position, state.velocity, jnp.zeros(()), state.bristle)
+        now = _now(state)
         pushed = self.gain * inputs["force"][0] if "force" in inputs else 0.0
         return now, pushed - self.offset
 
@@ -153,10 +153,10 @@ class FollowedMass(eqx.Module):
         """Nothing changes."""
         return state, mode
 
-    def begin(self, position: jax.Array, velocity: jax.Array) -> tuple[GuidedMassState, FollowedMode]:
+    def begin(self, inputs: Any) -> tuple[GuidedMassState, FollowedMode]:
         """State and mode at the first sample."""
         bristle = jnp.zeros(()) if self.moved.guide.may_creep else None
-        return GuidedMassState(position, velocity, bristle), FollowedMode(jnp.int32(0))
+        return GuidedMassState(inputs["position"][0], inputs["speed"][0], bristle), FollowedMode(jnp.int32(0))
 
     def force(self, state: GuidedMassState, inputs: Any) -> jax.Array:
         """Force that was to be measured, in N."""
@@ -185,6 +185,112 @@ START = (
     Parameter("start_speed", "m/s", "speed at the first sample", 0.1),
 )
 
+SMOOTH = 0.03
+"""Length in s of the stretches over which position is taken for a parabola."""
+FREE_SMOOTH = 0.15
+"""The same for a free decay, as a share of its period."""
+PERIODS = 1.5
+"""Length of the first horizon of a free decay, in periods."""
+VISCOUS = "guide.viscous_friction.viscous_coefficient"
+SPRING, ZERO = "guide.spring.spring_stiffness", "guide.spring.spring_zero"
+SLOW = 0.05
+"""Share of the largest speed below which the direction of motion is not believed."""
+
+
+def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
+    """Mass, frictions, spring and offset by least squares wherever the mass moves; what is stated as it is."""
+    free = not traces[0].inputs
+    parts = [_terms(trace, SPRING in initial, free) for trace in traces]
+    terms = {name: np.concatenate([part[name] for part, _ in parts]) for name in parts[0][0]}
+    found = _solved(terms, np.concatenate([force for _, force in parts]), initial, traces[0].name)
+    shared = {name: found[name] for name in ("mass", "force_offset")}
+    shared |= {name: max(found[name], 1e-2) for name in ("friction", VISCOUS)}
+    if SPRING in found:
+        stiffness = max(found[SPRING], 1e-3 * shared["mass"])
+        shared |= {SPRING: stiffness, ZERO: -found["force_offset"] / stiffness, "force_offset": 0.0}
+    begin, settled = (np.array([trace.times[i] for trace in traces]) for i in (0, -1))
+    each = {}
+    if free:
+        begun = [rates_of(trace.channels["position"], trace.times, _length(trace)) for trace in traces]
+        each = {"start_position": np.array([position[0] for position, _, _ in begun])}
+        each |= {"start_speed": np.array([speed[0] for _, speed, _ in begun])}
+        horizon = np.array([PERIODS * _length(trace) / FREE_SMOOTH for trace in traces])
+        settled = np.minimum(begin + horizon, settled)
+    return Starting(
+        shared=shared,
+        each=each,
+        moving=begin,
+        settled=settled,
+        spread=dict.fromkeys(("mass", "friction", "force_offset", VISCOUS), 1.5) | {SPRING: 1.2, ZERO: 1.5},
+        # Windows do not get longer: there is nothing to be learnt from a part of them first.
+        horizons=((1.0, 3.0, 9.0), (2.0, 6.0, 18.0)) if free else ((),),
+    )
+
+
+def _length(trace: Trace) -> float:
+    """Length in s over which the position of a free decay is smoothed."""
+    values = trace.channels["position"]
+    seen = np.isfinite(values)
+    period = period_of(np.interp(trace.times, trace.times[seen], values[seen]), trace.times)
+    return FREE_SMOOTH * (period if np.isfinite(period) else float(np.ptp(trace.times)))
+
+
+def _terms(trace: Trace, spring: bool, free: bool) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Where a mass moves, terms of the force by the parameter that multiplies each, ``(n_moving,)``; and the force."""
+    times, inputs, channels = trace.times, trace.inputs, trace.channels
+    if "speed" in inputs:
+        position, (speed, acceleration) = inputs["position"][:, 0], inputs["speed"][:, :2].T
+    elif "velocity" in channels:
+        speed, acceleration = (derivative(channels["velocity"], times, SMOOTH, order) for order in (0, 1))
+        position = inputs["position"][:, 0]
+    elif "anchor" in inputs:
+        position, speed, acceleration = rates_of(inputs["anchor"][:, 0], times, SMOOTH)
+    else:
+        position, speed, acceleration = rates_of(channels["position"], times, _length(trace))
+    moving = np.abs(speed) > SLOW * np.nanmax(np.abs(speed))
+    if moving.sum() < FEWEST_SLIDING:
+        raise DataError(trace.name, "the mass hardly moves", "a position that changes", "Check its column and unit.")
+    terms = {"mass": acceleration, "friction": np.sign(speed), VISCOUS: speed}
+    terms |= ({SPRING: position} if spring else {}) | {"force_offset": np.ones_like(speed)}
+    force = np.zeros_like(speed)
+    if not free:
+        measured = inputs["force"][:, 0] if "force" in inputs else channels["force"]
+        force = trace.conditions["gain"] * measured
+        moving = moving & np.isfinite(force)
+    force = force - trace.conditions["added_mass"] * acceleration
+    return {name: term[moving] for name, term in terms.items()}, force[moving]
+
+
+def _solved(terms: Mapping[str, np.ndarray], force: np.ndarray, initial: Initial, where: str) -> dict[str, float]:
+    """Values of all terms; those that are stated as they are."""
+    known = {name: value for name in terms if (value := initial.get(name)) is not None}
+    if ZERO in initial and SPRING in known and initial[ZERO] is not None:
+        known["force_offset"] = -known[SPRING] * float(initial[ZERO] or 0.0)
+    force = force - sum((value * terms[name] for name, value in known.items()), np.zeros_like(force))
+    sought = [name for name in terms if name not in known]
+    columns = np.column_stack([terms[name] for name in sought]) if sought else np.zeros((len(force), 0))
+    size = np.linalg.norm(columns, axis=0)
+    values = np.linalg.lstsq(columns / np.where(size > 0.0, size, 1.0), force, rcond=1e-8)[0]
+    found = known | dict(zip(sought, (values / np.where(size > 0.0, size, 1.0)).tolist(), strict=True))
+    if not found["mass"] > 0.0:
+        # The share of what the other columns leave of the force that the acceleration explains.
+        place = sought.index("mass")
+        others = np.delete(columns, place, axis=1)
+        residual, own = (
+            one - others @ np.linalg.lstsq(others, one, rcond=None)[0] for one in (force, columns[:, place])
+        )
+        explained = float((own @ residual) ** 2 / max((own @ own) * (residual @ residual), 1e-300))
+        if explained > PROVEN:
+            raise DataError(
+                where,
+                "the force does not go with the acceleration",
+                "a force that is positive where the position speeds up",
+                "Check the sign and unit of the force and position channels; a negative scale of a channel turns it.",
+            )
+        # The motion is too slow, or too regular, to tell: a mass that hardly matters beside the other terms.
+        found["mass"] = 0.1 * float(np.std(force) / max(np.std(terms["mass"]), 1e-12)) or 1.0
+    return found
+
 
 def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> GuidedMass:
     """System of one record."""
@@ -193,27 +299,9 @@ def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension
     return GuidedMass(mass, conditions.get("gain", jnp.ones(())), values["force_offset"], guide)
 
 
-def _start(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
-    """The mass is where it was measured at the first sample, and as fast."""
-    position, velocity = inputs["anchor"]
-    return Start(*system.begin(position, velocity, inputs))
-
-
-def _observe(system: GuidedMass, state: GuidedMassState, mode: GuidedMassMode, inputs: Any) -> dict[str, jax.Array]:
-    """Position in m."""
-    return {"position": state.position}
-
-
 def _start_at_speed(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
     """The mass is as fast as it was measured at the first sample, where the measured speed has taken it."""
     return Start(*system.begin(inputs["position"][0], inputs["anchor"][0], inputs))
-
-
-def _observe_velocity(
-    system: GuidedMass, state: GuidedMassState, mode: GuidedMassMode, inputs: Any
-) -> dict[str, jax.Array]:
-    """Velocity in m/s."""
-    return {"velocity": state.velocity}
 
 
 _DRIVEN = Rig(
@@ -225,13 +313,13 @@ _DRIVEN = Rig(
     channels=("position",),
     inputs=("force",),
     build=_build,
-    start=_start,
-    observe=_observe,
-    starting=starting_guided_mass,
+    # The mass is where it was measured at the first sample, and as fast.
+    start=lambda system, values, conditions, inputs: Start(*system.begin(*inputs["anchor"], inputs)),
+    observe=lambda system, state, mode, inputs: {"position": state.position},
+    starting=_starting,
     planned=None,
     anchor="position",
 )
-
 
 BY_VELOCITY = replace(
     _DRIVEN,
@@ -240,17 +328,11 @@ BY_VELOCITY = replace(
     inputs=("force", "position"),
     derived=("position",),
     start=_start_at_speed,
-    observe=_observe_velocity,
+    observe=lambda system, state, mode, inputs: {"velocity": state.velocity},
     anchor="velocity",
     prepared=with_place,
 )
 """The same where the velocity was measured: a place is known as far as that velocity leads to it from zero."""
-
-
-def _let_go(system: GuidedMass, values: Values, conditions: Values, inputs: Any) -> Start:
-    """The mass is somewhere, and moves by itself."""
-    return Start(*system.begin(values["start_position"], values["start_speed"], inputs))
-
 
 FREE_MASS = replace(
     _DRIVEN,
@@ -258,37 +340,24 @@ FREE_MASS = replace(
     conditions=(ADDED,),
     capabilities=frozenset({Capability.GUIDE, Capability.PLACE}),
     inputs=(),
-    start=_let_go,
+    # It is somewhere, and moves by itself.
+    start=lambda system, values, _, inputs: Start(
+        *system.begin(values["start_position"], values["start_speed"], inputs)
+    ),
     anchor=None,
     prepared=partial(from_motion, channel="position"),
     per_unit_of="mass",
 )
 """The same where nothing drives it: followed from its start to its end."""
 
-
-def _build_followed(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> FollowedMass:
-    return FollowedMass(_build(values, conditions, laws, tension_law))
-
-
-def _start_followed(system: FollowedMass, values: Values, conditions: Values, inputs: Any) -> Start:
-    return Start(*system.begin(inputs["position"][0], inputs["speed"][0]))
-
-
-def _observe_force(
-    system: FollowedMass, state: GuidedMassState, mode: FollowedMode, inputs: Any
-) -> dict[str, jax.Array]:
-    """Force in N."""
-    return {"force": system.force(state, inputs)}
-
-
 FOLLOWED_MASS = replace(
     _DRIVEN,
     capabilities=frozenset({Capability.GUIDE, Capability.PUSH}),
     channels=("force",),
     inputs=("position", "speed"),
-    build=_build_followed,
-    start=_start_followed,
-    observe=_observe_force,
+    build=lambda values, conditions, laws, tension_law: FollowedMass(_build(values, conditions, laws, tension_law)),
+    start=lambda system, values, conditions, inputs: Start(*system.begin(inputs)),
+    observe=lambda system, state, mode, inputs: {"force": system.force(state, inputs)},
     anchor=None,
     derived=("speed",),
     prepared=along_motion,

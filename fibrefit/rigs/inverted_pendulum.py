@@ -14,11 +14,9 @@ import numpy as np
 from fibrefit.core.declarations import Capability, Parameter
 from fibrefit.core.errors import DataError
 from fibrefit.laws.law import Effect, FibreLaw, fast, laws_of
-from fibrefit.rigs.parts.chain import ChainState, End, PointChain
-from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre, Memories
+from fibrefit.rigs.parts.fibre import ChainState, End, Fibre, Memories, PointChain, spring_and_damper
 from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Rig, Start, Starting, Stated, Values
 from fibrefit.rigs.signals.rates import derivative
-from fibrefit.rigs.signals.regression import spring_and_damper
 from fibrefit.rigs.signals.trace import Trace
 
 
@@ -191,7 +189,10 @@ class InvertedPendulum(eqx.Module):
     def mode_of(self, state: InvertedPendulumState, inputs: Any) -> InvertedPendulumMode:
         """The mode a state is in by itself, without what was before."""
         first, second = self.legs(state, inputs)
-        mode = InvertedPendulumMode(self._carries(first, state.memories_1), self._carries(second, state.memories_2))
+        mode = InvertedPendulumMode(
+            self.fibre.mode_of(first.length, first.rate, state.memories_1),
+            self.fibre.mode_of(second.length, second.rate, state.memories_2),
+        )
         if (chain := self._chain()) is None:
             return mode
         ends = self._ends(1.0, first, inputs), self._ends(-1.0, second, inputs)
@@ -224,12 +225,6 @@ class InvertedPendulum(eqx.Module):
     def _chain_rate(self, state: Any, modes: Any, ends: tuple[End, End]) -> ChainState | None:
         chain = self._chain()
         return None if chain is None else chain.derivative(state, modes, *ends)
-
-    def _carries(self, leg: Leg, memories: Memories) -> jax.Array:
-        taut = self.fibre.stretch(leg.length) > 0.0
-        if self.fibre.tension_law == "clamped":
-            taut &= self.fibre.pull(leg.length, leg.rate, memories) > 0.0
-        return jnp.where(taut, LOADED, SLACK).astype(jnp.int32)
 
 
 def _root(square: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -276,27 +271,6 @@ def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension
     )
 
 
-def _start(system: InvertedPendulum, values: Values, conditions: Values, inputs: Any) -> Start:
-    """The pendulum is where it is at the first sample; unless said, upright and at rest."""
-    zero = jnp.zeros(())
-    return Start(*system.begin(values.get("start_angle", zero), values.get("start_rate", zero), inputs))
-
-
-def _observe(
-    system: InvertedPendulum, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any
-) -> dict[str, jax.Array]:
-    """Angle in rad, force of each fibre in N."""
-    force_1, force_2 = system.tensions(state, mode, inputs)
-    return {"angle": state.angle, "force_1": force_1, "force_2": force_2}
-
-
-def _fibres(
-    system: InvertedPendulum, state: InvertedPendulumState, mode: InvertedPendulumMode, inputs: Any
-) -> tuple[tuple[jax.Array, jax.Array], ...]:
-    """Stretch in m and its rate in m/s, of both fibres."""
-    return tuple((system.fibre.stretch(leg.length), leg.rate) for leg in system.legs(state, inputs))
-
-
 SMOOTH = 0.008
 """Length in s of the stretches over which the angle is taken for a parabola."""
 SURELY_TAUT = 0.1
@@ -307,49 +281,34 @@ HORIZON = 0.25
 
 def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
     """Stiffness and damping by least squares wherever a fibre carries load; the start from the first samples."""
-    rows, forces, starts = [], [], []
+    loads, starts = [], []
     for trace in traces:
-        angle, rate = _smooth(trace)
+        angle, rate = (derivative(trace.channels["angle"], trace.times, SMOOTH, order) for order in (0, 1))
         starts.append((angle[0], rate[0]))
+        a, d = trace.conditions["anchor_distance"], trace.conditions["attachment_height"]
+        x, x_rate = trace.inputs["drive"][:, 0], trace.inputs["drive"][:, 1]
         for side, role in ((1.0, "force_1"), (-1.0, "force_2")):
-            stretch, speed = _stretch(trace, side, angle, rate)
+            # Length of the fibre beyond that upright, and its rate.
+            across, up = a + side * (x - d * np.sin(angle)), d * np.cos(angle)
+            length = np.hypot(across, up)
+            speed = side * (across * x_rate - (a + side * x) * up * rate) / length
             force = trace.channels[role]
             taut = (force > SURELY_TAUT * np.nanmax(force)) & (force > 0.0)
-            rows.append(np.column_stack([stretch, speed])[taut])
-            forces.append(force[taut] - trace.conditions["preload"])
-    refused = DataError(
-        traces[0].name,
-        "the forces do not grow as the fibres are stretched",
-        "an angle that grows towards the first fibre, and a drive that draws at it",
-        "Check the signs and units of angle, drive and forces.",
-    )
-    stiffness, damping = spring_and_damper(rows, forces, refused)
-    begin = np.array([trace.times[0] for trace in traces])
-    end = np.array([trace.times[-1] for trace in traces])
+            loads.append(((length - np.hypot(a, d))[taut], speed[taut], force[taut] - trace.conditions["preload"]))
+    got = "the forces do not grow as the fibres are stretched"
+    expected = "an angle that grows towards the first fibre, and a drive that draws at it"
+    do = "Check the signs and units of angle, drive and forces."
+    stiffness, damping = spring_and_damper(loads, DataError(traces[0].name, got, expected, do))
+    begin, end = (np.array([trace.times[i] for trace in traces]) for i in (0, -1))
+    angles, rates = (np.array(values) for values in zip(*starts, strict=True))
     return Starting(
         shared={"stiffness": stiffness, "damping": damping},
-        each={"start_angle": np.array([s[0] for s in starts]), "start_rate": np.array([s[1] for s in starts])},
+        each={"start_angle": angles, "start_rate": rates},
         moving=begin,
         settled=np.minimum(begin + HORIZON, end),
         spread={"stiffness": 1.5, "damping": 4.0},
         horizons=((1.0, 3.0), (2.0, 6.0)),
     )
-
-
-def _smooth(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
-    """Angle and its rate, by parabolas."""
-    angle, rate = (derivative(trace.channels["angle"], trace.times, SMOOTH, order) for order in (0, 1))
-    return angle, rate
-
-
-def _stretch(trace: Trace, side: float, angle: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Length of a fibre beyond that upright, and its rate."""
-    a, d = trace.conditions["anchor_distance"], trace.conditions["attachment_height"]
-    x, x_rate = trace.inputs["drive"][:, 0], trace.inputs["drive"][:, 1]
-    across, up = a + side * (x - d * np.sin(angle)), d * np.cos(angle)
-    length = np.hypot(across, up)
-    speed = side * (across * x_rate - (a + side * x) * up * rate) / length
-    return length - np.hypot(a, d), speed
 
 
 INVERTED_PENDULUM = Rig(
@@ -361,8 +320,15 @@ INVERTED_PENDULUM = Rig(
     channels=("angle", "force_1", "force_2"),
     inputs=("drive",),
     build=_build,
-    start=_start,
-    observe=_observe,
-    fibres=_fibres,
+    # The pendulum is where it is at the first sample; unless said, upright and at rest.
+    start=lambda system, values, _, inputs: Start(
+        *system.begin(values.get("start_angle", jnp.zeros(())), values.get("start_rate", jnp.zeros(())), inputs)
+    ),
+    observe=lambda system, state, mode, inputs: (
+        {"angle": state.angle} | dict(zip(("force_1", "force_2"), system.tensions(state, mode, inputs), strict=True))
+    ),
+    fibres=lambda system, state, mode, inputs: tuple(
+        (system.fibre.stretch(leg.length), leg.rate) for leg in system.legs(state, inputs)
+    ),
     starting=_starting,
 )

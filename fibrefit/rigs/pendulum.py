@@ -75,10 +75,8 @@ class Pendulum(eqx.Module):
     ) -> tuple[PendulumState, PendulumMode]:
         """State and mode after the switches `crossed`."""
         state = state._replace(rate=self.pivot.stop(mode.guide, crossed.guide, state.rate))
-        settled = self.pivot.settle(
-            self._torque(state.angle, jnp.zeros(())), mode.guide, crossed.guide, _turning(state)
-        )
-        return state, PendulumMode(settled)
+        torque = self._torque(state.angle, jnp.zeros(()))
+        return state, PendulumMode(self.pivot.settle(torque, mode.guide, crossed.guide, _turning(state)))
 
     def begin(self, angle: jax.Array, rate: jax.Array) -> tuple[PendulumState, PendulumMode]:
         """State and mode of a pendulum at `angle` [rad] that turns with `rate` [rad/s]."""
@@ -129,18 +127,7 @@ def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension
     known = conditions["mass"] * conditions["centre_distance"]
     inertia = jnp.where(known > 0.0, known * values["length"], conditions["moment_of_inertia"])
     pivot = Guide(values["friction"])
-    length, damping = values["length"], values["damping"]
-    return Pendulum(length, inertia, damping, pivot, laws_of(PivotLaw, laws))
-
-
-def _start(system: Pendulum, values: Values, conditions: Values, inputs: Any) -> Start:
-    """The pendulum is somewhere, and swings by itself."""
-    return Start(*system.begin(values["start_angle"], values["start_rate"]))
-
-
-def _observe(system: Pendulum, state: PendulumState, mode: PendulumMode, inputs: Any) -> dict[str, jax.Array]:
-    """Angle in rad."""
-    return {"angle": state.angle}
+    return Pendulum(values["length"], inertia, values["damping"], pivot, laws_of(PivotLaw, laws))
 
 
 SMOOTH = 0.15
@@ -155,12 +142,15 @@ LATE = 1.0 / 3.0
 
 def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
     """Length, damping and friction by least squares; the zero from the end of each record, the start from its begin."""
-    found = [_swing(trace) for trace in traces]
-    length, damping, friction = (float(np.median([one[i] for one in found])) for i in range(3))
-    inertia = float(np.median([_inertia(trace, length) for trace in traces]))
-    periods = np.array([one[3] for one in found])
+    found = zip(*map(_swing, traces), strict=True)
+    lengths, dampings, frictions, periods, zero, angle, rate = (np.array(values) for values in found)
+    length, damping, friction = (float(np.median(values)) for values in (lengths, dampings, frictions))
+    inertias = []
+    for trace in traces:
+        known = trace.conditions["mass"] * trace.conditions["centre_distance"]
+        inertias.append(known * length if known > 0.0 else trace.conditions["moment_of_inertia"])
+    inertia = float(np.median(inertias))
     begin, end = (np.array([trace.times[i] for trace in traces]) for i in (0, -1))
-    zero, angle, rate = (np.array([one[i] for one in found]) for i in (4, 5, 6))
     return Starting(
         shared={"length": length, "damping": damping * inertia, "friction": friction * inertia},
         each={"angle_zero": zero, "start_angle": angle, "start_rate": rate},
@@ -169,11 +159,6 @@ def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Star
         spread={"length": 1.1, "damping": 3.0, "friction": 3.0},
         horizons=((1.0, 3.0, 9.0), (2.0, 6.0, 18.0)),
     )
-
-
-def _inertia(trace: Trace, length: float) -> float:
-    known = trace.conditions["mass"] * trace.conditions["centre_distance"]
-    return known * length if known > 0.0 else trace.conditions["moment_of_inertia"]
 
 
 def _swing(trace: Trace) -> tuple[float, ...]:
@@ -195,15 +180,9 @@ def _swing(trace: Trace) -> tuple[float, ...]:
         pull = (2.0 * np.pi / period) ** 2
     # At once nothing and far too much lose the swing; a share of what damps it at all keeps it.
     floor = 1e-3 * np.sqrt(pull)
-    return (
-        STANDARD_GRAVITY / float(pull),
-        max(float(damping), floor),
-        max(float(friction), 0.1 * floor * float(np.abs(rate).max())),
-        period,
-        zero,
-        float(angle[0]),
-        float(rate[0]),
-    )
+    length, damping = STANDARD_GRAVITY / float(pull), max(float(damping), floor)
+    friction = max(float(friction), 0.1 * floor * float(np.abs(rate).max()))
+    return length, damping, friction, period, zero, float(angle[0]), float(rate[0])
 
 
 PENDULUM = Rig(
@@ -215,8 +194,9 @@ PENDULUM = Rig(
     channels=("angle",),
     inputs=(),
     build=_build,
-    start=_start,
-    observe=_observe,
+    # It is somewhere, and swings by itself.
+    start=lambda system, values, conditions, _: Start(*system.begin(values["start_angle"], values["start_rate"])),
+    observe=lambda system, state, mode, inputs: {"angle": state.angle},
     starting=_starting,
     planned=None,
     prepared=partial(from_motion, channel="angle"),

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from fibrefit.core.declarations import Capability, Parameter
+from fibrefit.core.errors import DataError
 from fibrefit.laws.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, fast, laws_of
-from fibrefit.rigs.parts.bands import SpeedBands
-from fibrefit.rigs.parts.chain import End, PointChain
-from fibrefit.rigs.parts.fibre import LOADED, Fibre, Memories
-from fibrefit.rigs.parts.guide import Guide, Sliding
-from fibrefit.rigs.parts.mount import Mount
-from fibrefit.rigs.parts.pulley import Path, Pulley
-from fibrefit.rigs.rig import STANDARD_GRAVITY, Rig, Start, Values, Variation
-from fibrefit.rigs.starting.pulley_drive import balance, drawn_up, starting_pulley_drive
+from fibrefit.rigs.parts.fibre import LOADED, End, Fibre, Memories, PointChain, spring_and_damper
+from fibrefit.rigs.parts.guide import Guide, Sliding, band_after, band_margin, first_band
+from fibrefit.rigs.parts.pulley import Mount, Path, Pulley
+from fibrefit.rigs.rig import STANDARD_GRAVITY, Initial, Rig, Start, Starting, Stated, Values, Variation
+from fibrefit.rigs.signals.newton import Pull
+from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.rest import RestAsked, first_rest, mean_at_rest
+from fibrefit.rigs.signals.trace import Trace
+from fibrefit.rigs.thresholds import DRIVE_BEGINS, DRIVE_STANDS
 
 
 class Rim(NamedTuple):
@@ -141,6 +145,15 @@ class PulleyDrive(eqx.Module):
         behind = lambda: self.fibre.tension(*far, mode.behind)  # noqa: E731
         return at_gauge, jax.lax.cond(self.pulley.turning(), behind, lambda: whole)
 
+    def force(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> jax.Array:
+        """At the gauge on the drive, in N."""
+        return self.tensions(*self.sides(state, mode, inputs), state, mode)[0]
+
+    def stretch(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> tuple[jax.Array, jax.Array]:
+        """Stretch in m and its rate in m/s, of the fibre at the gauge as if it were the whole."""
+        near, _ = self.sides(state, mode, inputs)
+        return self.fibre.stretch(near.length), near.rate
+
     def derivative(self, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> PulleyDriveState:
         """Rate of the state."""
         near, far = self.sides(state, mode, inputs)
@@ -167,16 +180,14 @@ class PulleyDrive(eqx.Module):
         if state.mount_force is not None:
             fibre = jnp.where(self._mount_is_loaded(mode), state.mount_force / self.fibre.stiffness, fibre)
         guide = self.guide.margin(drive, mode.guide, now)
-        fibre_behind = bearing = band = None
+        fibre_behind = bearing = None
         if state.rim is not None:
-            there, rim = self.pulley.turning(), state.rim
-            behind_it = lambda: self.fibre.margin(*far, mode.behind)  # noqa: E731
-            fibre_behind = jax.lax.cond(there, behind_it, lambda: jnp.ones(()))
+            there = self.pulley.turning()
+            fibre_behind = jax.lax.cond(there, lambda: self.fibre.margin(*far, mode.behind), lambda: jnp.ones(()))
             if mode.bearing is not None:
-                bearing = self.pulley.bearing().margin(at_gauge - behind, mode.bearing, _of_rim(rim))
+                bearing = self.pulley.bearing().margin(at_gauge - behind, mode.bearing, _of_rim(state.rim))
                 bearing = jnp.where(there, bearing, 1.0)
-        if (bands := self._bands()) is not None:
-            band = bands.margin(mode.band, state.velocity)
+        band = band_margin(self._bent(), mode.band, state.velocity)
         segments = None
         if (chain := self._chain()) is not None:
             fibre = jnp.where(chain.there(), self.fibre.margin_of_length(near.length, mode.fibre), fibre)
@@ -203,8 +214,7 @@ class PulleyDrive(eqx.Module):
             if mode.bearing is not None:
                 speed = self.pulley.bearing().stop(mode.bearing, crossed.bearing, speed)
             state = state._replace(rim=Rim(state.rim.travel, speed, memories))
-        if (bands := self._bands()) is not None:
-            after = after._replace(band=bands.switch(mode.band, state.velocity, crossed.band))
+        after = after._replace(band=band_after(self._bent(), mode.band, state.velocity, crossed.band))
         return state, self._settle(state, after, crossed, inputs)
 
     def at_rest(self, tension: jax.Array, inputs: Any) -> tuple[PulleyDriveState, PulleyDriveMode]:
@@ -212,24 +222,15 @@ class PulleyDrive(eqx.Module):
         length = self.fibre.at_rest(tension)
         x = self.mount.travel(inputs["drive"], self.pulley.radius)[0] - self.mount.compliance() * tension
         memories, zero, none = self.fibre.memories(length), jnp.zeros(()), jnp.int32(0)
-        state = PulleyDriveState(
-            self.path.position(x - length),
-            zero,
-            memories,
-            Rim(x - self._share() * length, zero, memories) if self.pulley.turns else None,
-            tension + zero if self.mount.may_yield else None,
-            None,
-        )
+        position = self.path.position(x - length)
+        rim = Rim(x - self._share() * length, zero, memories) if self.pulley.turns else None
+        mount_force = tension + zero if self.mount.may_yield else None
+        state = PulleyDriveState(position, zero, memories, rim, mount_force, None)
         now, drive = self._sliding(state, tension)
         state = state._replace(bristle=self.guide.bristle_at_rest(drive, now))
         taut = (tension > 0.0).astype(jnp.int32)
-        mode = PulleyDriveMode(
-            taut,
-            none,
-            taut if self.pulley.turns else None,
-            none if self.pulley.rubs else None,
-            None if self._bands() is None else none,
-        )
+        behind, bearing = taut if self.pulley.turns else None, none if self.pulley.rubs else None
+        mode = PulleyDriveMode(taut, none, behind, bearing, first_band(self._bent()))
         if (chain := self._chain()) is not None:
             ends = self._ends(state, Side(length, zero, memories))
             points = chain.at_rest(*ends)
@@ -246,8 +247,8 @@ class PulleyDrive(eqx.Module):
         far = End(-y, -cosine * state.velocity)
         return End(far.place - near.length, far.rate - near.rate), far
 
-    def _bands(self) -> SpeedBands | None:
-        return SpeedBands.of((*self.guide.laws, *self.pulley.laws))
+    def _bent(self) -> tuple[Effect, ...]:
+        return (*self.guide.laws, *self.pulley.laws)
 
     def _share(self) -> jax.Array:
         """Share of the fibre that `near` stands for."""
@@ -269,15 +270,9 @@ class PulleyDrive(eqx.Module):
         if mode.bearing is not None:
             net = self.pulley.bearing().net_force(net, mode.bearing, _of_rim(rim))
             moves = there & (mode.bearing != 0)
-        return Rim(
-            jnp.where(moves, rim.speed, 0.0),
-            jnp.where(there, net / self.pulley.mass(), 0.0),
-            jax.lax.cond(
-                there,
-                lambda: self.fibre.memory_rates(*far, mode.behind),
-                lambda: jax.tree.map(jnp.zeros_like, rim.memories),
-            ),
-        )
+        speed, acceleration = jnp.where(moves, rim.speed, 0.0), jnp.where(there, net / self.pulley.mass(), 0.0)
+        rates = lambda: self.fibre.memory_rates(*far, mode.behind)  # noqa: E731
+        return Rim(speed, acceleration, jax.lax.cond(there, rates, lambda: jax.tree.map(jnp.zeros_like, rim.memories)))
 
     def _mount_rate(self, state: PulleyDriveState, near: Side, mode: PulleyDriveMode, inputs: Any) -> jax.Array:
         """What the mount gives way, the fibre need not stretch."""
@@ -324,6 +319,80 @@ CONDITIONS = (
     Parameter("guide_distance", "m", "distance along the guide to the foot of the pulley", 0.9, lower=0.0),
 )
 
+SMOOTHING = 0.020
+"""Window in s over which positions are differentiated."""
+SLIDES = 0.02
+"""Speed in m/s from which the weight is taken to slide."""
+FIRST = 0.25
+"""Length in s of motion that the guesses can be trusted to predict."""
+REST = RestAsked(
+    called="rest",
+    expected="a rest before the drive starts, from which tension and zero are found",
+    moves="the rig moves from the first sample",
+    do="Let the record begin earlier, with a rest of some hundred samples, or cut it so that it begins at one.",
+    masked="Set the range of the {channel} sensor so that it reads the rest; fibrefit inspect says what was masked.",
+)
+
+
+def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Starting:
+    """Rests give tension and zero, loads the fibre, sliding the friction."""
+    still = [first_rest(trace, REST) for trace in traces]
+    places, tensions = (
+        np.array([mean_at_rest(trace, channel, rest, REST) for trace, rest in zip(traces, still, strict=True)])
+        for channel in ("position", "force")
+    )
+    # Wherever the fibre carries load: force over stretch and its rate.
+    loads = []
+    for trace, rest, place, tension in zip(traces, still, places, tensions, strict=True):
+        drive, position, measured = trace.inputs["drive"], trace.channels["position"], trace.channels["force"]
+        stretch = (drive[:, 0] - drive[rest, 0].mean()) - (position - place)
+        rate, force = drive[:, 1] - _derivative(trace, 1), measured - tension
+        loaded = (measured > 0.15 * np.nanmax(measured)) & np.isfinite(force + rate + stretch)
+        loads.append((stretch[loaded], rate[loaded], force[loaded]))
+    got = "the force does not grow as the fibre is stretched"
+    expected = "a force that grows as the drive takes fibre in"
+    do = "Check the sign and unit of the force, position and drive channels."
+    stiffness, damping = spring_and_damper(loads, DataError(traces[0].name, got, expected, do))
+    zeros = [
+        place - np.mean(t.inputs["drive"][rest, 0]) + tension / stiffness
+        for t, rest, place, tension in zip(traces, still, places, tensions, strict=True)
+    ]
+    begins = np.array([_begins(trace, rest) for trace, rest in zip(traces, still, strict=True)])
+    # While the weight slides: the mean of what opposes it besides gravity and inertia.
+    opposed, weight = [], 0.0
+    for trace in traces:
+        mass = trace.conditions["weight_mass"] + trace.conditions["added_mass"]
+        weight = mass * STANDARD_GRAVITY
+        velocity, acceleration = _derivative(trace, 1), _derivative(trace, 2)
+        driving = trace.channels["force"] - weight * np.sin(trace.conditions["inclination"]) - mass * acceleration
+        slides = np.abs(velocity) > SLIDES
+        opposed.append((np.sign(velocity) * driving)[slides & np.isfinite(driving)])
+    friction = float(np.mean(np.concatenate(opposed))) if any(len(part) for part in opposed) else 0.0
+    return Starting(
+        shared={"stiffness": stiffness, "damping": damping, "friction": max(friction, 0.01 * weight)},
+        each={"position_zero": np.array(zeros), "start_tension": tensions},
+        moving=begins,
+        settled=begins + FIRST,
+        spread={"stiffness": 1.5, "damping": 5.0, "friction": 3.0},
+        # Every stroke brings new contacts to time: longer horizons than a single drop needs.
+        horizons=((1.0, 2.5, 5.0), (2.0, 4.0, 8.0)),
+    )
+
+
+def _begins(trace: Trace, rest: slice) -> float:
+    drive = trace.inputs["drive"][:, 0]
+    away = np.abs(drive - drive[rest].mean()) > max(DRIVE_BEGINS * drive[rest].std(), DRIVE_STANDS)
+    if not away.any():
+        got, expected = "the drive does not move", "a motion that stretches the fibre"
+        raise DataError(trace.name, got, expected, "Check the drive channel.")
+    return float(trace.times[int(np.argmax(away))])
+
+
+def _derivative(trace: Trace, order: int) -> np.ndarray:
+    position = trace.channels["position"]
+    found = derivative(position, trace.times, SMOOTHING, order, degree=3)
+    return np.where(np.isfinite(position), found, np.nan)
+
 
 def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> PulleyDrive:
     """System of one record."""
@@ -347,22 +416,31 @@ def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension
 def _start(system: PulleyDrive, values: Values, conditions: Values, inputs: Any) -> Start:
     """The weight rests under the `start_tension`, or if it is not given, as if there were no friction."""
     balance = system.pull_of_gravity / system.path.follow(jnp.zeros(()))[1]
-    tension = values.get("start_tension", balance)
-    return Start(*system.at_rest(tension, inputs))
+    return Start(*system.at_rest(values.get("start_tension", balance), inputs))
 
 
-def _observe(system: PulleyDrive, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any) -> dict[str, jax.Array]:
-    """Force at the drive in N, position of the weight in m."""
-    near, far = system.sides(state, mode, inputs)
-    return {"force": system.tensions(near, far, state, mode)[0], "position": state.position}
+def _drawn_up(conditions: Mapping[str, float], position: np.ndarray) -> Pull:
+    """The fibre draws the weight up the slope, as far as it lies along it; gravity draws it down.
+
+    Parameters
+    ----------
+    position : (n_time,) in m
+    """
+    mass, offset = conditions["weight_mass"] + conditions["added_mass"], conditions["lateral_offset"]
+    along = conditions["guide_distance"] - position
+    lever = along / np.hypot(along, offset) if offset else np.ones(len(position))
+    return Pull(mass, -STANDARD_GRAVITY * float(np.sin(conditions["inclination"])), lever)
 
 
-def _fibres(
-    system: PulleyDrive, state: PulleyDriveState, mode: PulleyDriveMode, inputs: Any
-) -> tuple[tuple[jax.Array, jax.Array], ...]:
-    """Stretch in m and its rate in m/s, of the fibre at the gauge as if it were the whole."""
-    near, _ = system.sides(state, mode, inputs)
-    return ((system.fibre.stretch(near.length), near.rate),)
+def _planned(conditions: Mapping[str, float]) -> dict[str, float]:
+    """Tension that holds the weight where it begins, without friction, in N: more than its pull if the fibre slants."""
+    pull = _drawn_up(conditions, np.zeros(1))
+    return {"start_tension": float(-pull.mass * pull.gravity / pull.lever[0])}
+
+
+CAPABILITIES = frozenset(
+    {Capability.FIBRE, Capability.GUIDE, Capability.PULLEY, Capability.DRIVE, Capability.INCLINE, Capability.PLACE}
+)
 
 
 PULLEY_DRIVE = Rig(
@@ -370,25 +448,19 @@ PULLEY_DRIVE = Rig(
     parameters=PARAMETERS,
     nuisances=NUISANCES,
     conditions=CONDITIONS,
-    capabilities=frozenset(
-        {
-            Capability.FIBRE,
-            Capability.GUIDE,
-            Capability.PULLEY,
-            Capability.DRIVE,
-            Capability.INCLINE,
-            Capability.PLACE,
-        }
-    ),
+    capabilities=CAPABILITIES,
     channels=("force", "position"),
     inputs=("drive",),
     build=_build,
     start=_start,
-    observe=_observe,
-    fibres=_fibres,
-    starting=starting_pulley_drive,
-    pulled=drawn_up,
-    planned=lambda conditions: {"start_tension": balance(conditions)},
+    observe=lambda system, state, mode, inputs: {
+        "force": system.force(state, mode, inputs),
+        "position": state.position,
+    },
+    fibres=lambda system, state, mode, inputs: (system.stretch(state, mode, inputs),),
+    starting=_starting,
+    pulled=_drawn_up,
+    planned=_planned,
     directions=("up", "down"),
     further=(Variation("added_mass", onto="weight_mass"), Variation("inclination")),
 )

@@ -196,10 +196,20 @@ class Rig:
         stated : mapping of str to (n_record,) in SI units
             Conditions of the records at hand.
         """
-        return {
-            variation.condition: self.possible.get(variation.condition) or self._widened(variation, stated)
-            for variation in self.further
-        }
+        found = {}
+        for condition, onto in self.further:
+            ends = self.possible.get(condition)
+            if not ends:
+                (declared,) = (p for p in self.conditions if p.name == condition)
+                known = np.asarray(stated[condition], dtype=float)
+                base = np.asarray(stated[onto], dtype=float) if onto else np.zeros(len(known))
+                whole = known + base
+                # A further record is like the first one but for what is varied.
+                beyond = whole.min() / FARTHER - base[0], whole.max() * FARTHER - base[0]
+                low, high = (float(np.clip(end, declared.lower, declared.upper)) for end in beyond)
+                ends = low, high
+            found[condition] = ends
+        return found
 
     def menu(self, stated: Mapping[str, Any]) -> tuple[dict[str, float], ...]:
         """Conditions that further records could be measured under: all combinations of the `further` ones.
@@ -222,13 +232,3 @@ class Rig:
             for name, (low, high) in self.reach(stated).items()
         }
         return tuple(dict(zip(axes, values, strict=True)) for values in product(*axes.values())) if axes else ()
-
-    def _widened(self, variation: Variation, stated: Mapping[str, Any]) -> tuple[float, float]:
-        (declared,) = (p for p in self.conditions if p.name == variation.condition)
-        known = np.asarray(stated[variation.condition], dtype=float)
-        onto = np.asarray(stated[variation.onto], dtype=float) if variation.onto else np.zeros(len(known))
-        whole = known + onto
-        # A further record is like the first one but for what is varied.
-        ends = whole.min() / FARTHER - onto[0], whole.max() * FARTHER - onto[0]
-        low, high = (float(np.clip(end, declared.lower, declared.upper)) for end in ends)
-        return low, high

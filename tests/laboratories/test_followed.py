@@ -9,10 +9,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError, StudyError
-from fibrefit.laws.push.force_delay import PushDelay
-from fibrefit.laws.push.force_gain import PushGain
-from fibrefit.laws.push.force_lag import PushLag
-from fibrefit.laws.push.hold import PushHold
+from fibrefit.laws.pushes import PushDelay, PushGain, PushHold, PushLag
 from fibrefit.problem.diagnose import newton
 from fibrefit.report.sentences.fit import advice_sentence
 from fibrefit.study import load_study

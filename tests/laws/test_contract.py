@@ -1,10 +1,13 @@
-"""What every effect of the catalogue has to keep; a new line there is tested by being there."""
+"""What every effect of the catalogue has to keep; a new line there is tested by being there.
+
+What a law of a user's own has to keep as well, declarations, finite values and slopes, and nothing at its null, is
+tested of the catalogue in `test_own`.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import inspect
-import math
 import re
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -17,7 +20,6 @@ import pytest
 
 from fibrefit.core.errors import StudyError
 from fibrefit.core.fingerprint import fingerprint
-from fibrefit.core.units import expression
 from fibrefit.laws.catalogue import CATALOGUE, find_effect, select_effects, suits
 from fibrefit.laws.families import members
 from fibrefit.laws.fibre.point_masses import point_masses
@@ -34,7 +36,7 @@ from fibrefit.laws.law import (
 )
 from fibrefit.laws.pushes import PushLaw
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.rigs.described import sections
+from fibrefit.rigs.effects import sections
 from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre
 from fibrefit.simulation.model import Experiment, Model
 from tests.simulation.drops import QUICK, dotted, drive, drop, given, jacobian, pendulum, pushed, respond, swung, usual
@@ -188,20 +190,6 @@ def test_docstring_has_its_sections(effect: type[Effect]) -> None:
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
-def test_declarations(effect: type[Effect]) -> None:
-    assert [p.name for p in effect.parameters] == [field.name for field in dataclasses.fields(effect)]
-    assert set(effect.strength) <= {p.name for p in effect.parameters}
-    assert effect.strength
-    for p in effect.parameters:
-        assert p.doc
-        assert p.unit == "-" or expression(p.unit), f"unit {p.unit!r} is not known"
-        assert p.lower < p.typical < p.upper
-        assert p.lower <= p.null <= p.upper or p.name not in effect.strength
-        assert not (p.log and p.lower <= 0.0)
-        assert p.reciprocal == math.isinf(p.null)
-
-
-@pytest.mark.parametrize("effect", EFFECTS)
 def test_name_finds_its_effect_again(effect: type[Effect]) -> None:
     assert find_effect(effect.name) is effect
     for kind in rigs_of(effect):
@@ -236,20 +224,6 @@ def test_effect_fits_its_rigs_and_no_others(effect: type[Effect]) -> None:
 def test_a_law_is_absent_at_its_null_and_there_otherwise(effect: type[Effect]) -> None:
     assert law_at(effect, "null").absent()
     assert not law_at(effect, "typical").absent()
-
-
-@pytest.mark.parametrize("choose", ["null", "typical"])
-@pytest.mark.parametrize("effect", EFFECTS)
-def test_values_and_gradients_are_finite_at_the_switches(effect: type[Effect], choose: str) -> None:
-    law = law_at(effect, choose)
-    change = jax.tree.map(jnp.ones_like, law)
-
-    def along(x: jax.Array, v: jax.Array) -> Any:
-        """Answers and their change in all directions at once."""
-        return jax.jvp(answers, (law, x, v), (change, jnp.ones(()), jnp.ones(())))
-
-    x, v = (grid.ravel() for grid in jnp.meshgrid(jnp.array(STRETCHES), jnp.array(SPEEDS)))
-    assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(jax.vmap(along)(x, v)))
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
@@ -459,5 +433,6 @@ def test_the_contract_sees_a_law_that_leaves_a_trace() -> None:
 def test_effects_are_pytrees_that_know_their_values() -> None:
     for effect in CATALOGUE.values():
         law = law_at(effect, "typical")
+        assert [p.name for p in effect.parameters] == [field.name for field in dataclasses.fields(effect)]
         assert len(jax.tree.leaves(law)) == len(effect.parameters)
         assert eqx.tree_equal(law, jax.tree.map(lambda leaf: leaf, law))

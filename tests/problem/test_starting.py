@@ -13,7 +13,7 @@ import pytest
 
 from fibrefit.core.errors import DataError, StudyError
 from fibrefit.problem.task import Task
-from fibrefit.rigs.starting.stated_lifts import LiftShown, told_of_lifts
+from fibrefit.rigs.fibre_mass import LiftShown, lifts_that_differ
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of
 from tests.fitting import made
@@ -230,7 +230,7 @@ def test_a_lift_that_no_exchange_puts_right_is_told_alone(tmp_path: Path) -> Non
         made.task(tmp_path, wrong)
     assert "drop_10mm.csv 10 mm and 4" in str(refused.value)
     assert "exchanged" not in str(refused.value)
-    assert told_of_lifts([LiftShown("a", 1e-2, 1.02e-2), LiftShown("b", 2e-2, 2.02e-2)]) == ""
+    assert lifts_that_differ([LiftShown("a", 1e-2, 1.02e-2), LiftShown("b", 2e-2, 2.02e-2)]) == ""
 
 
 def test_a_condition_the_rig_needs_is_asked_for(tmp_path: Path) -> None:

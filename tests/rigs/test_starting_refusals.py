@@ -7,9 +7,9 @@ import pytest
 
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.catalogue import RIGS
+from fibrefit.rigs.fibre_mass import FORCE_ONLY
 from fibrefit.rigs.pendulum import PENDULUM
 from fibrefit.rigs.signals.trace import Trace
-from fibrefit.rigs.starting.force_only import starting_force_only
 
 TIMES = np.arange(1000) / 2000.0
 
@@ -24,7 +24,7 @@ def drop(taken: float, sign: float = 1.0, lift: float = np.nan) -> Trace:
 
 def test_the_fall_that_is_whole_is_taken() -> None:
     """The negative control of those below."""
-    found = starting_force_only([drop(0.2)], (), {})
+    found = FORCE_ONLY.starting([drop(0.2)], (), {})
     assert 0.0 < found.each["release"][0] < 0.2
 
 
@@ -40,7 +40,7 @@ def test_the_fall_that_is_whole_is_taken() -> None:
 )
 def test_a_force_without_a_whole_fall_is_refused(trace: Trace, says: str) -> None:
     with pytest.raises(DataError) as refused:
-        starting_force_only([trace], (), {})
+        FORCE_ONLY.starting([trace], (), {})
     assert says in str(refused.value)
 
 

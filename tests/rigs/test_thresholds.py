@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import DataError
-from fibrefit.rigs import rig, thresholds
+from fibrefit.rigs import fibre_mass, guided_mass, pulley_drive, rig, thresholds
 from fibrefit.rigs.catalogue import RIGS
-from fibrefit.rigs.signals import motion, newton, rates, rest
+from fibrefit.rigs.signals import newton, rates, rest
 from fibrefit.rigs.signals.newton import Pull, Sizes
 from fibrefit.rigs.signals.trace import Trace
-from fibrefit.rigs.starting import fibre_mass, force_only, guided_mass, pulley_drive, stated_lifts
 from tests.brackets import Bracket
 from tests.brackets import thresholds as names_in
 
@@ -52,7 +51,7 @@ def agree(number: float) -> bool:
 
 def stands(speed: float) -> bool:
     """Whether a mass stands that has such a share of its largest speed."""
-    return bool(motion._stands(np.array([1.0, 1.0, speed, speed]))[2])
+    return bool(rates._stands(np.array([1.0, 1.0, speed, speed]))[2])
 
 
 def leads(samples: float) -> bool:
@@ -61,7 +60,7 @@ def leads(samples: float) -> bool:
     force = np.where(np.arange(400) < 100 + int(samples), 1.0, np.nan)
     force[:100] = np.nan
     place = np.column_stack([times, np.ones(400), times])
-    return accepted(lambda: motion.along_motion(Trace("a", times, {"force": force}, {"position": place}, {})))
+    return accepted(lambda: rates.along_motion(Trace("a", times, {"force": force}, {"position": place}, {})))
 
 
 def accepted(read: Callable[[], Any]) -> bool:
@@ -129,7 +128,7 @@ def falls(fallen: np.ndarray) -> bool:
 def force_rises(size: float) -> bool:
     """Whether a force is seen that rises so many times as far as it scatters at rest."""
     force = np.append(np.tile([1.0, -1.0], 50), np.full(50, size))
-    with patch.object(fibre_mass, "_held", lambda _: slice(0, 100)):
+    with patch.object(fibre_mass, "first_rest", lambda *_: slice(0, 100)):
         return accepted(lambda: fibre_mass._onset(record({"force": force, "position": np.arange(150.0)}), 0.0))
 
 
@@ -137,15 +136,15 @@ def caught_later(share: float) -> bool:
     """Whether a force that begins at such a share of the largest is that of a weight still falling."""
     force = np.concatenate([np.full(30, share), np.zeros(50), np.sin(np.linspace(0.0, np.pi, 40)), np.zeros(50)])
     trace = record({"force": force}, weight_mass=0.1, added_mass=0.0, inclination=1.0)
-    with patch.object(force_only, "rests", lambda _: []):
-        return accepted(lambda: force_only._catch(trace))
+    with patch.object(fibre_mass, "rests", lambda _: []):
+        return accepted(lambda: fibre_mass._catch(trace))
 
 
 def slid(samples: float) -> bool:
     """Whether a mass that slides for so many samples shows what acts on it."""
     speed = np.where(np.arange(100) < samples, 1.0, 0.0)
     trace = record({"force": speed}, {"position": speed, "speed": speed}, gain=1.0, added_mass=0.0)
-    return accepted(lambda: guided_mass._columns(trace, False, False))
+    return accepted(lambda: guided_mass._terms(trace, False, False))
 
 
 def turned(share: float) -> bool:
@@ -169,12 +168,12 @@ def offered(factor: float) -> bool:
 
 CASES = (
     Bracket("FARTHER", rig, offered, 1.3, 1.8),
-    Bracket("LIFT_AGREES", stated_lifts, lambda x: stated_lifts.LiftShown("a", 1.0, 1.0 + x).agrees, 0.08, 0.15),
+    Bracket("LIFT_AGREES", fibre_mass, lambda x: fibre_mass.LiftShown("a", 1.0, 1.0 + x).agrees, 0.08, 0.15),
     Bracket("MOVES", newton, slides, 0.07, 0.035),
     Bracket("MOSTLY_SLIDES", newton, mostly_slides, 0.9, 0.7),
     Bracket("FEWEST_STRETCHES", newton, agree, 6, 5),
-    Bracket("STANDS", motion, stands, 0.015, 0.03),
-    Bracket("FEWEST_MOVING", motion, leads, 36, 28),
+    Bracket("STANDS", rates, stands, 0.015, 0.03),
+    Bracket("FEWEST_MOVING", rates, leads, 36, 28),
     Bracket("FEWEST_MOVING", rates, lasts, 36, 28),
     Bracket("SHORTEST_REST", rest, lambda n: rests_first([0.0] * n, 1), 3, 2),
     Bracket("FIRST_BLOCKS", rest, lambda n: rests_first([0.0, 0.0, 3.0, 3.0, 0.0, 0.0][:n]), 6, 4),
@@ -187,7 +186,7 @@ CASES = (
     Bracket("FALLEN", fibre_mass, lambda x: falls(x * np.linspace(0.0, 1.0, 200) ** 2), 0.9, 0.7),
     Bracket("FEWEST_FALLING", fibre_mass, lambda n: falls(np.append(np.linspace(0.1, 0.7, n), [1.0, 0.0])), 5, 3),
     Bracket("FORCE_RISES", fibre_mass, force_rises, 10.0, 6.0),
-    Bracket("CAUGHT", force_only, caught_later, 0.04, 0.07),
+    Bracket("CAUGHT", fibre_mass, caught_later, 0.04, 0.07),
     Bracket("FEWEST_SLIDING", guided_mass, slid, 20, 12),
     Bracket("PROVEN", guided_mass, turned, 0.15, 0.3),
     Bracket("DRIVE_BEGINS", pulley_drive, lambda x: drive_stands(1e-3, 1e-3 * x), 7.0, 13.0),

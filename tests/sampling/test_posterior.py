@@ -15,7 +15,7 @@ from scipy import stats
 
 from fibrefit.core.errors import UsageError
 from fibrefit.fitting.identify import identify
-from fibrefit.laws.guide.viscous_friction import ViscousFriction
+from fibrefit.laws.guide.drag import ViscousFriction
 from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task

@@ -34,8 +34,7 @@ from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import BALANCE, CARRIES_LOAD, SHORTEST_CONTACT, SHORTEST_FLIGHT, STANDING
 from fibrefit.rigs.parts.guide import Sliding
 from fibrefit.rigs.rig import STANDARD_GRAVITY
-from fibrefit.rigs.signals.motion import integrated
-from fibrefit.rigs.signals.rates import derivative
+from fibrefit.rigs.signals.rates import derivative, integrated
 from fibrefit.rigs.signals.rest import runs
 from fibrefit.rigs.signals.trace import Trace
 from fibrefit.simulation.inputs import Signals

@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.laws.law import GuideLaw
+from fibrefit.laws.law import Effect, GuideLaw
 
 REST, CREEPING = 0, 2
 """Modes of a guide besides the direction of sliding, +1 or -1: at rest; and +2 or -2, held by bristles that bend."""
@@ -83,7 +83,8 @@ class Guide(eqx.Module):
         net = drive - self.single_valued(now.position, now.velocity)
         if now.bristle is None:
             return jnp.where(mode == REST, 0.0, net - mode * level)
-        bent = now.bristle + self._bristle_damping() * self._bending(now)
+        damping = sum((law.bristle_damping_coefficient() for law in self.laws if law.creeps), start=jnp.zeros(()))
+        bent = now.bristle + damping * self._bending(now)
         return jnp.where(mode == REST, 0.0, net - jnp.where(_creeps(mode), bent, mode * level))
 
     def speed(self, mode: jax.Array, velocity: jax.Array) -> jax.Array:
@@ -142,11 +143,42 @@ class Guide(eqx.Module):
     def _compliance(self) -> jax.Array:
         return sum((law.compliance() for law in self.laws if law.creeps), start=jnp.zeros(()))
 
-    def _bristle_damping(self) -> jax.Array:
-        return sum((law.bristle_damping_coefficient() for law in self.laws if law.creeps), start=jnp.zeros(()))
-
     def _bending(self, now: Sliding) -> jax.Array:
         """Speed at which the bristles bend, in m/s."""
         direction = jnp.where(now.velocity >= 0.0, 1.0, -1.0)
         level = self.level(direction, now.velocity, now)
         return now.velocity - jnp.abs(now.velocity) * now.bristle / jnp.maximum(level, LEAST_LEVEL)
+
+
+def first_band(laws: tuple[Effect, ...]) -> jax.Array | None:
+    """Band of speed of a weight at rest: the number of limits below it; None where no law bends sharply over speed.
+
+    The motion is taken apart at the `speeds` that laws name, so that it is gentle inside each band.
+    """
+    return jnp.int32(0) if any(law.speeds for law in laws) else None
+
+
+def band_margin(laws: tuple[Effect, ...], band: Any, velocity: jax.Array) -> Any:
+    """Positive while the speed stays in its band, in m/s; None where there are no bands."""
+    if band is None:
+        return None
+    bent = [law for law in laws if law.speeds]
+    limits = (0.0, *sorted({speed for law in bent for speed in law.speeds}))
+    speed, margin = jnp.abs(velocity), jnp.asarray(1.0)
+    for i, limit in enumerate(limits):
+        if i:
+            margin = jnp.where(band == i - 1, jnp.minimum(margin, limit - speed), margin)
+            margin = jnp.where(band == i, speed - limit, margin)
+    absent = jnp.array(True)
+    for law in bent:
+        absent &= law.absent()
+    return jnp.where(absent, 1.0, margin)
+
+
+def band_after(laws: tuple[Effect, ...], band: Any, velocity: jax.Array, crossed: jax.Array) -> Any:
+    """The band after a limit has been crossed; None where there are no bands."""
+    if band is None:
+        return None
+    limits = sorted({speed for law in laws for speed in law.speeds})
+    after = sum(((jnp.abs(velocity) > limit).astype(band.dtype) for limit in limits), start=jnp.zeros_like(band))
+    return jnp.where(crossed, after, band)

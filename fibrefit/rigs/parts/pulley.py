@@ -1,4 +1,4 @@
-"""A pulley: the path of the fibre over it, and its rim where that moves by itself."""
+"""Between drive and weight: the mount of the drive, the path of the fibre over a pulley, and its rim if that moves."""
 
 from __future__ import annotations
 
@@ -6,8 +6,31 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from fibrefit.laws.law import PulleyLaw
+from fibrefit.laws.law import DriveLaw, PulleyLaw
 from fibrefit.rigs.parts.guide import Guide
+
+
+class Mount(eqx.Module):
+    """A drive that moves the end of the fibre as measured, but for the laws that were added."""
+
+    laws: tuple[DriveLaw, ...] = ()
+
+    @property
+    def may_yield(self) -> bool:
+        """Whether the model has a mount that yields."""
+        return any(law.yields for law in self.laws)
+
+    def travel(self, drive: tuple[jax.Array, jax.Array], radius: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """Fibre taken in, in m, and its rate, for the position and rate that were measured."""
+        position, rate = drive
+        for law in self.laws:
+            position, rate = law.travel(position, rate, radius)
+        return position, rate
+
+    def compliance(self) -> jax.Array:
+        """Displacement of the end of the fibre per tension, in m/N."""
+        return sum((law.compliance() for law in self.laws), start=jnp.zeros(()))
+
 
 RIM_OF_A_RUBBING_PULLEY = 0.05
 """Mass of the rim, in kg, where its bearing rubs and nothing is known of its inertia."""

@@ -1,4 +1,4 @@
-"""Rates of measured signals for starting values, by parabolas; and where a motion that nothing drives begins."""
+"""Rates and integrals of measured signals, and the motions that begin with being let go or lead a model."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import polynomial
+from scipy.ndimage import maximum_filter1d
 
 from fibrefit.core.errors import DataError
 from fibrefit.rigs.signals.trace import Trace
-from fibrefit.rigs.thresholds import BEGUN, FEWEST_MOVING
+from fibrefit.rigs.thresholds import BEGUN, FEWEST_MOVING, STANDS
 
 LATE = 0.1
 """Share of a record, at its end, whose median is where the motion comes to rest."""
@@ -124,13 +125,100 @@ def from_motion(trace: Trace, channel: str) -> Trace:
     seen = np.isfinite(values)
     whole = np.interp(trace.times, trace.times[seen], values[seen])
     away = np.abs(whole - np.median(whole[-max(round(LATE * len(whole)), 1) :]))
-    far = away > (1.0 - BEGUN) * away.max()
-    first = int(np.argmax(far))
-    left = ~far[first:]
-    start = first + int(np.argmax(left)) if left.any() else len(whole)
+    farthest = away > (1.0 - BEGUN) * away.max()
+    first = int(np.argmax(farthest))
+    moves = ~farthest[first:]
+    start = first + int(np.argmax(moves)) if moves.any() else len(whole)
     if len(whole) - start < FEWEST_MOVING or not np.ptp(whole) > 0.0:
         do = "Check its column and unit."
         raise DataError(trace.name, f"the {channel} does not change", "a motion that is let go once", do)
     return trace._replace(
         times=trace.times[start:], channels={name: column[start:] for name, column in trace.channels.items()}
     )
+
+
+LENGTHS = (0.006, 0.012, 0.025, 0.05, 0.1, 0.2)
+"""Lengths in s over which a position is taken for a polynomial; the force tells which of them suits it."""
+ORDER = 4
+"""Of the polynomials."""
+
+
+def along_motion(trace: Trace) -> Trace:
+    """A record with position and speed as inputs, and the force where the mass moves.
+
+    A position that is smoothed too little has an acceleration full of noise, one that is smoothed too much has lost
+    some of it: either leaves more of the force unexplained by mass, friction, damping, spring and offset.
+
+    Raises
+    ------
+    DataError
+        If the mass hardly moves.
+    """
+    force, step = trace.channels["force"], trace.step
+    by_velocity = "velocity" in trace.inputs
+    raw = trace.inputs["velocity" if by_velocity else "position"][:, 2]
+    windows = sorted({max(round(length / step) | 1, ORDER + 3) for length in LENGTHS if length < len(raw) * step / 4.0})
+    motions = {window: _motion(raw, window, step, by_velocity) for window in windows or [ORDER + 3]}
+    window = min(motions, key=lambda window: _unexplained(motions[window], force))
+    position, speed, acceleration = motions[window]
+    # At a reversal friction turns round and the acceleration jumps: no polynomial across it follows that.
+    moving = ~maximum_filter1d(_stands(speed), window)
+    if np.count_nonzero(moving & np.isfinite(force)) < FEWEST_MOVING:
+        raise DataError(trace.name, "the mass hardly moves", "a position that changes", "Check its column and unit.")
+    inputs = trace.inputs | {
+        "position": np.column_stack([position, speed, position if by_velocity else raw]),
+        "speed": np.column_stack([speed, acceleration, speed]),
+    }
+    return trace._replace(channels={"force": np.where(moving, force, np.nan)}, inputs=inputs)
+
+
+def with_place(trace: Trace) -> Trace:
+    """A record of a velocity with the position it leads to as an input, from zero at the first sample."""
+    velocity = trace.inputs["anchor"][:, 0]
+    position = integrated(velocity, trace.step)
+    return trace._replace(inputs=trace.inputs | {"position": np.column_stack([position, velocity, position])})
+
+
+def integrated(rate: np.ndarray, step: float) -> np.ndarray:
+    """Integral of a signal from its first sample, by trapezoids; what is missing is bridged by straight lines.
+
+    Parameters
+    ----------
+    rate : (n_time,)
+    step : float, in s
+    """
+    whole = _bridged(rate)
+    return np.concatenate([[0.0], np.cumsum(0.5 * step * (whole[1:] + whole[:-1]))])
+
+
+def _bridged(raw: np.ndarray) -> np.ndarray:
+    seen = np.isfinite(raw)
+    places = np.arange(len(raw))
+    return np.interp(places, places[seen], raw[seen])
+
+
+def _motion(raw: np.ndarray, window: int, step: float, by_velocity: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, speed and acceleration, from one of the former two."""
+    from scipy.signal import savgol_filter
+
+    whole = _bridged(raw)
+    found = [savgol_filter(whole, window, ORDER, deriv=d, delta=step) for d in range(2 if by_velocity else 3)]
+    position, speed, acceleration = [integrated(whole, step), *found] if by_velocity else found
+    return position, speed, acceleration
+
+
+def _stands(speed: np.ndarray) -> np.ndarray:
+    """Whether a mass stands, or turns round, at each sample."""
+    return (np.abs(speed) <= STANDS * np.abs(speed).max()) | (np.diff(np.sign(speed), append=np.sign(speed[-1])) != 0.0)
+
+
+def _unexplained(motion: tuple[np.ndarray, np.ndarray, np.ndarray], force: np.ndarray) -> float:
+    """Sum of squares of the force that a motion leaves."""
+    position, speed, acceleration = motion
+    columns = np.column_stack([acceleration, np.sign(speed), speed, position, np.ones_like(speed)])
+    there = np.isfinite(force) & ~_stands(speed)
+    columns, wanted = columns[there], force[there]
+    size = np.linalg.norm(columns, axis=0)
+    columns = columns / np.where(size > 0.0, size, 1.0)
+    residual = wanted - columns @ np.linalg.lstsq(columns, wanted, rcond=1e-8)[0]
+    return float(residual @ residual) / max(len(wanted), 1)

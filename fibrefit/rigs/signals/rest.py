@@ -66,30 +66,44 @@ def rests(trace: Trace) -> list[slice]:
     return [rest for rest in found if rest.stop - rest.start >= SHORTEST_REST]
 
 
-def first_rest(trace: Trace, got: str, expected: str, do: str) -> slice:
-    """The rest that a record begins with; where it does not, a `DataError` of these words."""
-    found = [rest for rest in rests(trace) if rest.start == 0]
-    if not found:
-        raise DataError(trace.name, got, expected, do)
-    return found[0]
-
-
-def mean_at_rest(trace: Trace, channel: str, rest: slice, called: str, expected: str, do: str) -> float:
-    """Mean of a channel over a rest, in its SI unit; a `DataError` where nothing of it was read.
+class RestAsked(NamedTuple):
+    """The rest that a rig needs before its motion, and what is said of a record without it.
 
     Parameters
     ----------
-    called, expected, do : str
-        What the rest is called, what is expected and what to do, for the message.
+    called, expected : str
+        What the rest is called, and what is expected.
+    moves, do : str
+        What is found and what to do where a record does not begin with it.
+    masked : str
+        What to do where nothing of a ``{channel}`` was read in it.
     """
+
+    called: str
+    expected: str
+    moves: str
+    do: str
+    masked: str
+
+
+def first_rest(trace: Trace, asked: RestAsked) -> slice:
+    """The rest that a record begins with; a `DataError` where it does not."""
+    found = [rest for rest in rests(trace) if rest.start == 0]
+    if not found:
+        raise DataError(trace.name, asked.moves, asked.expected, asked.do)
+    return found[0]
+
+
+def mean_at_rest(trace: Trace, channel: str, rest: slice, asked: RestAsked) -> float:
+    """Mean of a channel over a rest, in its SI unit; a `DataError` where nothing of it was read."""
     values, unit = trace.channels[channel], ROLES[channel]
     if np.isfinite(values[rest]).any():
         return float(np.nanmean(values[rest]))
     lowest, highest = (format_quantity(end(values), unit, 4) for end in (np.nanmin, np.nanmax))
     first = int(np.argmax(np.isfinite(values)))
     got = f"all {first} samples of the {channel} before {format_quantity(trace.times[first], 's', 4)} are masked as "
-    got += f"saturated or damaged, the {called} among them; those that are left go from {lowest} to {highest}"
-    raise DataError(trace.name, got, expected, do)
+    got += f"saturated or damaged, the {asked.called} among them; those that are left go from {lowest} to {highest}"
+    raise DataError(trace.name, got, asked.expected, asked.masked.format(channel=channel))
 
 
 class _Signal(NamedTuple):
@@ -114,29 +128,23 @@ class _Signal(NamedTuple):
 
 @once_of_readings
 def _seen_in(signal: np.ndarray) -> _Signal:
+    # The standard deviation about a parabola in each block, of the quieter blocks: noise behind a filter is not fast.
+    # Motion hardly enters it, as it is smooth over the length of a block.
+    blocks = signal[: len(signal) // BLOCK * BLOCK].reshape(-1, BLOCK)
+    blocks, filtered = blocks[np.isfinite(blocks).all(axis=1)], 0.0
+    if len(blocks):
+        smooth = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, BLOCK), PARABOLA))[0]
+        rough = blocks - (blocks @ smooth) @ smooth.T
+        filtered = float(np.quantile(np.sqrt(np.sum(rough**2, axis=1) / (BLOCK - PARABOLA)), QUIET))
     # White and 1/f noise move block means by less than this, and coarse readings by a step; real motion by far more
     # within one block.
-    white = max(white_noise(signal), _noise_in_blocks(signal))
+    white = max(white_noise(signal), filtered)
     travel = float(np.nanmax(signal) - np.nanmin(signal)) if np.isfinite(signal).any() else 0.0
     least, most = max(FAST_NOISE * white, resolution(signal)), max(DRIFT * travel, SLOW_NOISE * white)
     means = _means(signal)
     whole = signal[: len(means) * BLOCK]
     spreads = np.sqrt(_means((whole - np.repeat(means, BLOCK)) ** 2))
     return _Signal(means, least, most, spreads, white)
-
-
-def _noise_in_blocks(signal: np.ndarray) -> float:
-    """Standard deviation about a parabola in each block, of the quieter blocks: noise behind a filter is not fast.
-
-    Motion hardly enters it, as it is smooth over the length of a block.
-    """
-    blocks = signal[: len(signal) // BLOCK * BLOCK].reshape(-1, BLOCK)
-    blocks = blocks[np.isfinite(blocks).all(axis=1)]
-    if not len(blocks):
-        return 0.0
-    smooth = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, BLOCK), PARABOLA))[0]
-    left = blocks - (blocks @ smooth) @ smooth.T
-    return float(np.quantile(np.sqrt(np.sum(left**2, axis=1) / (BLOCK - PARABOLA)), QUIET))
 
 
 def _means(signal: np.ndarray) -> np.ndarray:

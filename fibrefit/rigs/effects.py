@@ -1,8 +1,10 @@
-"""What an effect does, as a curve beside that of the base model: enough for a small picture of it."""
+"""An effect for a person: what its docstring and its parameters say, as data, and a small picture of what it does."""
 
 from __future__ import annotations
 
+import inspect
 import math
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,9 +12,71 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fibrefit.laws.catalogue import CATALOGUE, suits
 from fibrefit.laws.law import DriveLaw, Effect, FibreLaw, GuideLaw, PulleyLaw, SensorLaw
+from fibrefit.rigs.catalogue import RIGS
 from fibrefit.rigs.parts.fibre import LOADED, SLACK, Fibre
 from fibrefit.rigs.parts.guide import Guide, Sliding
+
+_SECTION = re.compile(r"^(Law|Parameters|Valid range|Source)\n-+\n", re.MULTILINE)
+
+
+def described_effects() -> dict[str, dict[str, Any]]:
+    """The catalogue of effects that can be added to a model.
+
+    Returns
+    -------
+    dict of str to dict
+        By name: ``says``, ``law``, ``parameters`` (name, symbol, unit, limits, typical), ``rigs``, ``source``...
+
+    Examples
+    --------
+    >>> fibrefit.effects()["guide.viscous_friction"]["parameters"][0]["unit"]
+    'N s/m'
+    """
+    return {effect.name: effect_facts(effect) for effect in CATALOGUE.values()}
+
+
+def effect_facts(effect: type[Effect]) -> dict[str, Any]:
+    """Effect as data, for programs."""
+    parts = sections(effect)
+    return {
+        "name": effect.name,
+        "says": parts[""],
+        "law": parts.get("Law", ""),
+        "valid_range": parts.get("Valid range", ""),
+        "source": parts.get("Source", ""),
+        "rigs": rigs_of(effect),
+        "needs": list(effect.needs),
+        "strength": list(effect.strength),
+        "parameters": [
+            {
+                "name": f"{effect.name}.{parameter.name}",
+                "symbol": parameter.symbol,
+                "unit": parameter.unit,
+                "says": parameter.doc,
+                # JSON has no infinity: a limit that is none is null.
+                **{
+                    key: value if math.isfinite(value := getattr(parameter, key)) else None
+                    for key in ("null", "typical", "lower", "upper")
+                },
+            }
+            for parameter in effect.parameters
+        ],
+    }
+
+
+def rigs_of(effect: type[Effect]) -> list[str]:
+    """Kinds of rig an effect makes sense on."""
+    return sorted(kind for kind, rig in RIGS.items() if suits(effect, rig))
+
+
+def sections(effect: type[Effect]) -> dict[str, str]:
+    """Sections of the docstring; the summary has no title."""
+    parts = _SECTION.split(inspect.cleandoc(effect.__doc__ or ""))
+    titles, texts = ["", *parts[1::2]], parts[0::2]
+    return {title: " ".join(text.split()).replace("`", "") for title, text in zip(titles, texts, strict=True)}
+
 
 POINTS = 161
 STIFFNESS, DAMPING, FRICTION, TENSION = 20e3, 25.0, 4.0, 30.0
@@ -44,29 +108,27 @@ class Picture:
 def picture_of(effect: type[Effect]) -> Picture | None:
     """Picture of an effect at its typical values; None where none says anything."""
     law = effect(**{p.name: jnp.asarray(p.typical) for p in effect.parameters})
-    for kind, draw in (
-        (GuideLaw, _guide),
-        (FibreLaw, _fibre),
-        (PulleyLaw, _pulley),
-        (DriveLaw, _drive),
-        (SensorLaw, _sensor),
-    ):
+    kinds = ((GuideLaw | PulleyLaw, _over_speed), (FibreLaw, _fibre), (DriveLaw, _drive), (SensorLaw, _sensor))
+    for kind, draw in kinds:
         if isinstance(law, kind):
             found = draw(law)
             return None if found is None or np.allclose(found.without, found.with_it, rtol=1e-9) else found
     return None
 
 
-def _guide(law: Any) -> Picture:
-    """Force against the motion, over its speed; set-valued at rest."""
-    speeds = np.linspace(-FASTEST, FASTEST, POINTS)
+def _over_speed(law: Any) -> Picture:
+    """Force of a guide against the motion, set-valued at rest; tension behind a pulley."""
+    speeds, across = np.linspace(-FASTEST, FASTEST, POINTS), "speed of the weight / (m/s)"
+    if isinstance(law, PulleyLaw):
+        grip = np.asarray(jax.vmap(lambda v: law.grip(jnp.asarray(math.radians(150.0)), v))(speeds))
+        return Picture(across, "tension behind over before", speeds, np.ones(POINTS), grip)
 
     def force(laws: tuple, v: jax.Array) -> jax.Array:
         guide, now = Guide(jnp.asarray(FRICTION), laws), Sliding(jnp.asarray(0.01), v, jnp.asarray(TENSION))
         return jnp.sign(v) * guide.level(jnp.sign(v), v, now) + guide.single_valued(now.position, v)
 
     plain, found = (np.asarray(jax.vmap(lambda v, laws=laws: force(laws, v))(speeds)) for laws in ((), (law,)))
-    return Picture("speed of the weight / (m/s)", "force of the guide / N", speeds, plain, found)
+    return Picture(across, "force of the guide / N", speeds, plain, found)
 
 
 def _fibre(law: Any) -> Picture:
@@ -91,12 +153,6 @@ def _fibre(law: Any) -> Picture:
     last = slice(4 * POINTS, None, 8)
     x = 1e3 * np.asarray(lengths)[last]
     return Picture("stretch / mm", f"tension / N, at {FREQUENCY:g} Hz", x, tensions(())[last], tensions((law,))[last])
-
-
-def _pulley(law: Any) -> Picture:
-    speeds = np.linspace(-FASTEST, FASTEST, POINTS)
-    grip = np.asarray(jax.vmap(lambda v: law.grip(jnp.asarray(math.radians(150.0)), v))(speeds))
-    return Picture("speed of the weight / (m/s)", "tension behind over before", speeds, np.ones(POINTS), grip)
 
 
 def _drive(law: Any) -> Picture | None:

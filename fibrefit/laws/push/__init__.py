@@ -1,1 +1,0 @@
-"""Laws between a measured force and the mass it pushes, one file each."""

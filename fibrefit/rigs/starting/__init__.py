@@ -1,1 +1,0 @@
-"""Starting values of the rigs whose own file would be too long with them."""
