@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from fibrefit.cli.options import OF_RESULT, RIG, ROBUST, TRUST_OPTION, FileName, check_trust, option, plain_command
+from fibrefit.cli.options import FILE_NAME, OF_RESULT, RIG, ROBUST, TRUST_OPTION, check_trust, option, plain_command
 from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 from fibrefit.core.errors import UsageError
@@ -15,7 +15,7 @@ from fibrefit.core.limits import MOST_STARTS
 
 @plain_command(
     "batch",
-    click.Argument(["series"], metavar="SERIES...", nargs=-1, required=True, type=FileName()),
+    click.Argument(["series"], metavar="SERIES...", nargs=-1, required=True, type=FILE_NAME),
     RIG,
     option("--set=KEY=VALUE overrides", "Change every study, repeatable.", list),
     option(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fibrefit.cli.options import Duration, Request, option, study_command
+from fibrefit.cli.options import Request, duration, option, study_command
 from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed, say
 from fibrefit.core.errors import did_you_mean
@@ -39,9 +39,9 @@ JOINT = " + "
         list,
     ),
     option(
-        "--time seconds",
+        "--time=TIME seconds",
         "Time after which there is an answer: the best so far, and what was not tried. A bare number is in seconds.",
-        Duration(),
+        duration,
         "5 min",
     ),
     option(
@@ -77,11 +77,18 @@ def discover_command(
         drawn = "" if FIGURES.get() is None else f" Its figures are drawn on request: {draw}"
         terminal.remark(f"The same search was made before; this is its result in {folder}. {more}.{drawn}")
         return _answered(terminal, known)
-    person = Person() if interactive else None
+    chosen: list[str] = []
+
+    def person(candidates: Sequence[Candidate]) -> str | None:
+        name = ask_candidate(candidates)
+        chosen.extend([] if name is None else [name])
+        return name
+
+    choose = person if interactive else None
     shown = listed_steps(terminal) if interactive else progress_display(terminal)
     with journal_folder(folder, study, options, force=force, resume=resume) as (directory, journal), shown as progress:
         found = discover_study(
-            study, **tried, seed=seed, seconds=seconds, choose=person, folder=journal, progress=progress
+            study, **tried, seed=seed, seconds=seconds, choose=choose, folder=journal, progress=progress
         )
         progress("drawing and writing", None)
         found.write(directory)
@@ -89,8 +96,8 @@ def discover_command(
         if not (summary.untried or summary.undone):
             forgotten(journal)
     code = _answered(terminal, summary)
-    for text in person.remarks(summary.added) if person else ():
-        terminal.remark(f"\n{text}")
+    for name in [name for name in chosen if name not in summary.added]:
+        terminal.remark(f"\n{name} was chosen but not kept: without it the records are explained as well.")
     # Values of fits that cannot be trusted are no place to go on from.
     final = "" if summary.verdict == "not_trusted" else " The study is that of the final model."
     terminal.wrote(folder, final)
@@ -102,30 +109,6 @@ def _answered(terminal: Terminal, summary: DiscoverySummary) -> int:
 
     terminal.answer(discovery_report(summary), summary.model_dump(mode="json", by_alias=True))
     return NOT_TRUSTED if summary.verdict == "not_trusted" or summary.status == "failed" else 0
-
-
-class Person:
-    """Whoever answers, and what was chosen so far.
-
-    Attributes
-    ----------
-    chosen : list of str
-    """
-
-    def __init__(self) -> None:
-        self.chosen: list[str] = []
-
-    def __call__(self, candidates: Sequence[Candidate]) -> str | None:
-        """Effect chosen among the candidates of a round; None to stop."""
-        name = ask_candidate(candidates)
-        if name is not None:
-            self.chosen.append(name)
-        return name
-
-    def remarks(self, kept: Sequence[str]) -> list[str]:
-        """A sentence for each effect that was chosen but is not among those `kept`."""
-        dropped = [name for name in self.chosen if name not in kept]
-        return [f"{name} was chosen but not kept: without it the records are explained as well." for name in dropped]
 
 
 def ask_candidate(candidates: Sequence[Candidate]) -> str | None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fibrefit.cli.options import PATH, FileName, is_study, option, plain_command, study_from
+from fibrefit.cli.options import FILE_NAME, PATH, is_study, option, plain_command, study_from
 from fibrefit.cli.terminal import Terminal, as_typed
 from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError, UsageError
@@ -38,7 +38,7 @@ _IN_FILES = ("sampling_rate", "delimiter", "decimal", "columns", "header")
 
 @plain_command(
     "inspect",
-    click.Argument(["files"], metavar="STUDY | FILE...", nargs=-1, required=True, type=FileName()),
+    click.Argument(["files"], metavar="STUDY | FILE...", nargs=-1, required=True, type=FILE_NAME),
     option("--set=KEY=VALUE overrides", "Such as units.force=kN, repeatable.", list),
     option("--force", "Replace an earlier inspection in DIR, or the study at --write."),
     option(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,57 +15,29 @@ from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import Terminal
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import LARGEST_SEED
-from fibrefit.core.paths import (
-    FIGURES,
-    figure_formats,
-    is_folder,
-    is_plain_file,
-    nearest_file,
-    refuse_no_text,
-    sha256_of,
-    shown_path,
-)
+from fibrefit.core.paths import FIGURES, figure_formats, nearest_file, refuse_no_text, sha256_of, shown_path
 
 if TYPE_CHECKING:
-    from click.shell_completion import CompletionItem
-
     from fibrefit.study import Study
 
 #: Where a command that runs the code a study names keeps whether it may.
 TRUST = "fibrefit.trust"
 
 
-class Duration(click.ParamType):
-    """A time such as ``5 min``, in s; a bare number is in seconds."""
+def duration(value: Any) -> float:
+    """A time such as ``5 min``, in s and at least one; a bare number is in seconds."""
+    from fibrefit.core.units import parse_quantity
 
-    name = "TIME"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Number of seconds, at least one."""
-        from fibrefit.core.units import parse_quantity
-
+    try:
+        seconds = float(value)
+    except ValueError:
         try:
-            seconds = float(value)
-        except ValueError:
-            try:
-                seconds = parse_quantity(value, "s", "time", error=UsageError)
-            except UsageError as error:
-                self.fail(str(error), param, ctx)
-        if not 1.0 <= seconds < float("inf"):
-            self.fail(f"{value} is not a time of 1 s or more.", param, ctx)
-        return seconds
-
-
-class FileName(click.ParamType):
-    """Name of a file or a folder: shells complete it; whether it is there, and what it is, a command says itself."""
-
-    name = "path"
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """What the shell knows of files."""
-        from click.shell_completion import CompletionItem
-
-        return [CompletionItem(incomplete, type="file")]
+            seconds = parse_quantity(value, "s", "time", error=UsageError)
+        except UsageError as error:
+            raise click.BadParameter(str(error)) from None
+    if not 1.0 <= seconds < float("inf"):
+        raise click.BadParameter(f"{value} is not a time of 1 s or more.")
+    return seconds
 
 
 def option(names: str, says: str, kind: Any = bool, default: Any = None, **more: Any) -> click.Option:
@@ -93,12 +65,9 @@ def option(names: str, says: str, kind: Any = bool, default: Any = None, **more:
     return click.Option([name, *others], help=says, metavar=metavar or None, **more)
 
 
-def _keep_formats(context: click.Context, parameter: click.Parameter, text: str | None) -> None:
-    """Tell all that is written from now on as which files figures are requested."""
-    FIGURES.set(None if text is None else figure_formats(text))
-
-
 PATH = click.Path(path_type=Path)
+FILE_NAME = click.Path(readable=False)
+"""Name of a file or a folder: shells complete it; whether it is there, and what it is, a command says itself."""
 RIG = option("--rig=KIND", "Kind of rig, for bare records: fibre_mass, pulley_drive, ...", str)
 SET = option("--set=KEY=VALUE overrides", "Change the study, repeatable.", list)
 TRUST_OPTION = option(
@@ -124,7 +93,7 @@ OF_RESULT = (
         "All figures as png, pdf, svg, several with commas, or none.  [default: png, of a fit its overview alone]",
         str,
         expose_value=False,
-        callback=_keep_formats,
+        callback=lambda context, parameter, text: FIGURES.set(None if text is None else figure_formats(text)),
     ),
 )
 OF_TERMINAL = (
@@ -169,13 +138,12 @@ class Request(NamedTuple):
         """`out`, or ``results/<study>-<hash>`` by the study and the `settings`, which are all else it depends on."""
         from fibrefit.store.directory import default_directory
 
-        digests = [sha256_of(path) for path in self.study.input_files() if is_plain_file(path)]
+        digests = [sha256_of(path) for path in self.study.input_files() if os.path.isfile(path)]
         folder = self.out or default_directory(self.study.name, self.study.resolved_toml(), *digests, *settings)
         refuse_no_text(self.study.input_files(), folder)
         return folder
 
-    @contextmanager
-    def reserved(self, *settings: str, files: Sequence[Path] = ()) -> Iterator[Path]:
+    def reserved(self, *settings: str, files: Sequence[Path] = ()) -> AbstractContextManager[Path]:
         """Block in which the folder of a result is kept for this run, refused before any work is done for it.
 
         Parameters
@@ -193,8 +161,7 @@ class Request(NamedTuple):
         from fibrefit.store import ResultDirectory, Run
 
         folder = self.folder(*settings)
-        with ResultDirectory(folder, force=self.force, run=Run((*self.study.input_files(), *files))).reserved():
-            yield folder
+        return ResultDirectory(folder, force=self.force, run=Run((*self.study.input_files(), *files))).reserved()
 
     def saved(
         self,
@@ -241,7 +208,7 @@ def study_command(name: str, *own: click.Parameter) -> Callable[[Callable[..., A
             request = Request(study, options.pop("out"), options.pop("force"), options.pop("seed"))
             return command(terminal, request, **options)
 
-        files = click.Argument(["files"], metavar="STUDY | FILE...", nargs=-1, required=True, type=FileName())
+        files = click.Argument(["files"], metavar="STUDY | FILE...", nargs=-1, required=True, type=FILE_NAME)
         arguments = [one for one in own if isinstance(one, click.Argument)]
         options = [one for one in own if isinstance(one, click.Option)]
         return plain_command(name, *arguments, files, RIG, SET, TRUST_OPTION, *options, *OF_RESULT)(with_request)
@@ -290,7 +257,7 @@ def study_from(files: Sequence[str], rig: str | None, overrides: Sequence[str]) 
 
 def is_study(file: str) -> bool:
     """Whether a word of the command line names a study rather than a record."""
-    return is_folder(Path(file)) or Path(file).suffix.lower() == ".toml"
+    return os.path.isdir(Path(file)) or Path(file).suffix.lower() == ".toml"
 
 
 def check_trust(study: Study, overrides: Sequence[str] = ()) -> None:
@@ -330,5 +297,5 @@ def check_trust_of_result(result: Path) -> None:
     from fibrefit.study import load_study
 
     file = folder_of_result(result) / "study.toml"
-    if is_plain_file(file):
+    if os.path.isfile(file):
         check_trust(load_study(file, all_missing=True))

@@ -77,7 +77,8 @@ def stop_requested(terminal: Terminal) -> Iterator[Callable[[], bool]]:
         Where it says how it goes on.
     """
     requested = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
+    # A signal reaches the main thread alone; who began this by a job script, or with nohup, wants no interruption.
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         yield requested.is_set
         return
 
@@ -87,10 +88,6 @@ def stop_requested(terminal: Terminal) -> Iterator[Callable[[], bool]]:
         requested.set()
         terminal.remark("Interrupted: concluding with what there is. Ctrl-C again ends at once.")
 
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
-        # Begun by a job script, or with nohup: whoever did so does not want it interrupted.
-        yield requested.is_set
-        return
     before = signal.signal(signal.SIGINT, first)
     try:
         yield requested.is_set

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from functools import partial
 from pathlib import Path
 
 import click
 
 from fibrefit.cli.options import (
+    FILE_NAME,
     OF_RESULT,
     PATH,
     SET,
     TRUST_OPTION,
-    FileName,
     Request,
     check_trust_of_result,
     is_study,
@@ -24,7 +25,7 @@ from fibrefit.cli.options import (
 from fibrefit.cli.progress import progress_display
 from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
 from fibrefit.core.errors import UsageError
-from fibrefit.core.paths import is_plain_file, sha256_of
+from fibrefit.core.paths import sha256_of
 
 WITHOUT = option("--exclude=EFFECT", "Without this effect or pattern, repeatable.", list)
 
@@ -48,7 +49,7 @@ def simulate_command(terminal: Terminal, request: Request) -> None:
     terminal.answer(text, {"study": request.study.name, "out": str(folder), "files": written})
 
 
-@plain_command("sweep", click.Argument(["study"], metavar="STUDY", type=FileName()), SET, TRUST_OPTION, *OF_RESULT)
+@plain_command("sweep", click.Argument(["study"], metavar="STUDY", type=FILE_NAME), SET, TRUST_OPTION, *OF_RESULT)
 def sweep_command(
     terminal: Terminal, study: str, overrides: tuple[str, ...], out: Path | None, force: bool, seed: int
 ) -> int:
@@ -57,7 +58,7 @@ def sweep_command(
     Extremes of angle and forces against the frequency of the drive. Each frequency is started from rest, and continued
     from the motion at the next lower and at the next higher one; stability is judged by Floquet multipliers.
     """
-    if is_plain_file(Path(study)) and not is_study(study):
+    if os.path.isfile(Path(study)) and not is_study(study):
         raise UsageError(study, "a record", "a study of an inverted pendulum", "A sweep takes no records.")
     request = Request(study_from((study,), None, overrides), out, force)
     from fibrefit.workflow.sweep import sweep_study

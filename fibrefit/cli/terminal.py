@@ -15,7 +15,6 @@ import click
 
 from fibrefit.core.errors import UsageError
 from fibrefit.core.formatting import harmless, printable
-from fibrefit.core.paths import is_folder
 
 NOT_TRUSTED = 5
 """Exit code of a command that has a result which is not to be used."""
@@ -81,7 +80,7 @@ class Terminal:
         folder : pathlib.Path or None
             As `first_missing` found it before.
         """
-        if folder is not None and is_folder(folder):
+        if folder is not None and os.path.isdir(folder):
             self.remark(f"The folder {folder} did not exist and was made.")
 
 

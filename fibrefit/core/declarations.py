@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from importlib import import_module
 from typing import Any, NamedTuple
 
 
@@ -88,9 +89,9 @@ KINDS: tuple[str, ...] = (
 """Each is declared in ``fibrefit/rigs/<kind>.py``, under its name in capitals."""
 
 
-def declared_in(kind: str) -> tuple[str, str]:
-    """Module and name of the declaration of a kind of rig."""
-    return f"fibrefit.rigs.{kind}", kind.upper()
+def declaration_of(kind: str) -> Any:
+    """Declaration of a kind of rig, found by its name as a plug-in is: the equations beside it stand floors above."""
+    return getattr(import_module(f"fibrefit.rigs.{kind}"), kind.upper())
 
 
 class Capability(StrEnum):

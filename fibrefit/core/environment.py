@@ -37,6 +37,7 @@ COMPILER_FLAGS = (
 )
 
 
+@functools.cache
 def versions() -> dict[str, str]:
     """Versions of Python, the platform and every package a result depends on, as they were when it was first read.
 
@@ -45,11 +46,6 @@ def versions() -> dict[str, str]:
     dict of str to str
         Package name to version; ``"not installed"`` where there is none.
     """
-    return dict(_versions())
-
-
-@functools.cache
-def _versions() -> dict[str, str]:
     from importlib import metadata  # a tenth of the start-up time of the command line
 
     found = {"python": platform.python_version(), "platform": platform.platform()}

@@ -7,10 +7,7 @@ import enum
 import functools
 import hashlib
 import importlib
-import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import suppress
-from os import PathLike
+from collections.abc import Mapping
 from pathlib import Path, PurePath
 from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import Any
@@ -32,22 +29,6 @@ class NotDescribedError(Exception):
     """A value has no description that means the same in another process."""
 
 
-def fingerprint(value: Any) -> str:
-    """Text that two values share only if a program made for one does for the other.
-
-    Parameters
-    ----------
-    value : object
-        Numbers, text, arrays of NumPy, containers, data classes, classes and functions of known packages.
-
-    Raises
-    ------
-    NotDescribedError
-        If it holds anything else.
-    """
-    return _describe(value, 0)
-
-
 def resolve_class(name: str) -> Any:
     """Class of this package from its description.
 
@@ -62,45 +43,29 @@ def resolve_class(name: str) -> Any:
     return _at(module, path)
 
 
-def source_digest(memory: Path | None = None) -> str:
-    """SHA-256 of all code of this package that goes into programs.
-
-    Parameters
-    ----------
-    memory : pathlib.Path, optional
-        File that remembers it while no file of the code changes in size or time: to look takes a tenth of reading.
-    """
-    seen = hashlib.sha256()
-    files = sorted(file for folder in COMPILED for file in _code_in(PACKAGE / folder))
-    for file in files:
-        seen.update("\0".join((*file, "")).encode())
-    state = seen.hexdigest()
-    if memory is not None:
-        with suppress(OSError, ValueError):
-            then, known = memory.read_text(encoding="ascii").split()
-            if then == state and len(known) == len(state):
-                return known
+def source_digest() -> str:
+    """SHA-256 of all code of this package that goes into programs."""
     digest = hashlib.sha256()
-    for path in (Path(name) for name, _ in files):
-        digest.update(path.relative_to(PACKAGE).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
-    if memory is not None:
-        with suppress(OSError):
-            memory.write_text(f"{state} {digest.hexdigest()}\n", encoding="ascii")
+    for file in sorted(file for folder in COMPILED for file in (PACKAGE / folder).rglob("*.py")):
+        digest.update(file.relative_to(PACKAGE).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()
 
 
-def _code_in(folder: str | PathLike[str]) -> Iterator[tuple[str, str]]:
-    """Files of code below a folder, each with its size and time; paths as objects took three times as long."""
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if entry.is_dir():
-                yield from _code_in(entry)
-            elif entry.name.endswith(".py"):
-                stat = entry.stat()
-                yield entry.path, f"{stat.st_size}\0{stat.st_mtime_ns}"
+def fingerprint(value: Any, depth: int = 0) -> str:
+    """Text that two values share only if a program made for one does for the other.
 
+    Parameters
+    ----------
+    value : object
+        Numbers, text, arrays of NumPy, containers, data classes, classes and functions of known packages.
+    depth : int
+        In how many others it lies.
 
-def _describe(value: Any, depth: int) -> str:
+    Raises
+    ------
+    NotDescribedError
+        If it holds anything else.
+    """
     if depth > DEEPEST:
         raise NotDescribedError("nested too deeply")
     if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
@@ -108,7 +73,7 @@ def _describe(value: Any, depth: int) -> str:
     if isinstance(value, type):
         # A class made by a function is what it is made of.
         made = value.__dict__.get("_made_of")
-        return _named(value) if made is None else f"class {value.__qualname__}({_describe(made, depth + 1)})"
+        return _named(value) if made is None else f"class {value.__qualname__}({fingerprint(made, depth + 1)})"
     if isinstance(value, FunctionType):
         # A function is its place in the source and all that it closes over.
         module, code = value.__module__ or "", value.__code__
@@ -132,18 +97,16 @@ def _describe(value: Any, depth: int) -> str:
 
 
 def _describe_all(values: Any, depth: int) -> str:
-    return ", ".join(_describe(value, depth) for value in values)
+    return ", ".join(fingerprint(value, depth) for value in values)
 
 
-def _name(thing: Any) -> str:
+@functools.cache
+def _named(thing: Any) -> str:
     """Module and name of a class or function that is found there again."""
     module, path = thing.__module__ or "", thing.__qualname__
     if module.partition(".")[0] not in FAMILIAR or _at(module, path) is not thing:
         raise NotDescribedError(f"{module}:{path}")
     return f"{module}:{path}"
-
-
-_named: Callable[[Any], str] = functools.cache(_name)
 
 
 def _at(module: str, path: str) -> Any:
@@ -166,13 +129,12 @@ _KINDS: tuple[tuple[Any, Any], ...] = (
     (tuple, lambda value, depth: f"{_named(type(value))}({_describe_all(value, depth)})"),
     (list, lambda value, depth: f"[{_describe_all(value, depth)}]"),
     (Mapping, lambda value, depth: f"{{{_describe_all(value.items(), depth)}}}"),
-    ((set, frozenset), lambda value, depth: f"set({sorted(_describe(part, depth) for part in value)})"),
+    ((set, frozenset), lambda value, depth: f"set({sorted(fingerprint(part, depth) for part in value)})"),
     (enum.Enum, lambda value, depth: f"{_named(type(value))}.{value.name}"),
     (np.ndarray, _array),
     (np.dtype, lambda value, depth: f"dtype {value}"),
     (PurePath, lambda value, depth: f"path {value}"),
-    (slice, lambda value, depth: repr(value)),
-    (range, lambda value, depth: repr(value)),
+    ((slice, range), lambda value, depth: repr(value)),
     (functools.partial, lambda v, depth: f"partial({_describe_all((v.func, v.args, v.keywords), depth)})"),
     (MethodType, lambda v, depth: f"method({_describe_all((v.__func__, v.__self__), depth)})"),
     (BuiltinFunctionType, lambda value, depth: _named(value)),

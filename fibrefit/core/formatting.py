@@ -63,8 +63,7 @@ class Shown:
     def __repr__(self) -> str:
         return self._card().text()
 
-    def __str__(self) -> str:
-        return self._card().text()
+    __str__ = __repr__
 
     def _repr_html_(self) -> str:
         return self._card().html()

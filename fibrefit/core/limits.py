@@ -127,16 +127,11 @@ class Budget:
     Parameters
     ----------
     began : float
-        By the monotonic clock.
+        By the monotonic clock; now, unless said.
     """
 
     seconds: float
-    began: float
-
-    @classmethod
-    def of(cls, seconds: float) -> Budget:
-        """A budget that begins now."""
-        return cls(seconds, time.monotonic())
+    began: float = field(default_factory=time.monotonic)
 
     @property
     def used(self) -> float:

@@ -7,7 +7,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
@@ -16,7 +16,6 @@ from fibrefit.core.errors import DataError, FibrefitError, UsageError, did_you_m
 from fibrefit.core.formatting import printable
 
 _LONGEST = 260
-_PART = 1 << 20
 LONGEST_STEM, _MOST_BYTES = 80, 200
 """Letters and bytes of a name, which leave room for a number, an ending and what it is called while it is written."""
 _REFUSED = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
@@ -37,20 +36,6 @@ def shown_path(path: str | Path) -> str:
     """Path for messages: in signs that can be printed, and not without end."""
     text = printable(str(path))
     return text if len(text) <= _LONGEST else f"{text[:100]}...{text[-100:]}"
-
-
-def is_plain_file(path: Path) -> bool:
-    """Whether a path names a file that can be read to its end; False for what no file can be called."""
-    with suppress(OSError, ValueError):
-        return path.is_file()
-    return False
-
-
-def is_folder(path: Path) -> bool:
-    """Whether a path names a folder; False for what no folder can be called."""
-    with suppress(OSError, ValueError):
-        return path.is_dir()
-    return False
 
 
 def nearest_file(path: Path, end: str = "") -> str:
@@ -124,15 +109,12 @@ def sha256_of(path: Path) -> str:
     DataError
         If it cannot be read.
     """
-    found = hashlib.sha256()
     try:
         with open(path, "rb", opener=_at_once) as file:
-            while part := file.read(_PART):
-                found.update(part)
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as refused:
         do = "Look at its permissions, and whether its disk is there."
         raise DataError(shown_path(path), refused.strerror or "cannot be read", "a file that can be read", do) from None
-    return found.hexdigest()
 
 
 def path_from(folder: Path, file: Path) -> str:

@@ -141,11 +141,6 @@ class KeptProgram(Generic[R]):
                     self._programs.popitem(last=False)
         return program
 
-    def forget(self) -> None:
-        """Forget all programs that are in memory."""
-        with self._lock:
-            self._programs.clear()
-
     def _found(self, call: Call, arrays: list[Any]) -> Program:
         """The program of a call from its file, or compiled."""
         folder = programs_folder()
@@ -237,7 +232,7 @@ def _surroundings() -> str:
         instructions = platform.processor()
     content = {
         "versions": versions(),
-        "source": source_digest(None if (folder := programs_folder()) is None else folder / "source"),
+        "source": source_digest(),
         "device": f"{device.platform} {device.device_kind} {len(jax.devices())} {device.client.platform_version}",
         "processor": f"{platform.machine()} {instructions}",
         "flags": os.environ.get("XLA_FLAGS", ""),
@@ -395,7 +390,8 @@ def bound_programs() -> bool:
         return False
     jax.clear_caches()
     for program in list(_INSTANCES):
-        program.forget()
+        with program._lock:
+            program._programs.clear()
     gc.collect()
     # What is free goes back to the system: the allocator of the GNU library would keep nearly all of it.
     with suppress(OSError, AttributeError):

@@ -58,7 +58,7 @@ def discover(
         If the time is over before any start of the first fit has come anywhere.
     """
     limits = limits or Limits()
-    budget = Budget.of(time_to_use(limits.seconds))
+    budget = Budget(time_to_use(limits.seconds))
     # Where inputs have errors a fit is shared out by records, and leaves no core idle.
     with in_background(() if task.noisy_inputs else first_programs(task, effects)):
         return _found(task, effects, limits, budget, progress)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import inspect
+import os
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from typing import Protocol, TypeGuard
 
 from fibrefit.core.declarations import Capability
 from fibrefit.core.errors import StudyError, as_one, did_you_mean
-from fibrefit.core.paths import is_plain_file, read_plain_file
+from fibrefit.core.paths import read_plain_file
 from fibrefit.laws import changes, pushes, study
 from fibrefit.laws import functions_of_speed as speed
 from fibrefit.laws.contract import KINDS, refusals, unusable, violations
@@ -265,7 +266,7 @@ def _from_file(name: str, directory: Path) -> object:
     """What a user's file holds by the name after the colon, ``"my_effects.py:MyEffect"``; a `StudyError` if nothing."""
     file, _, wanted = name.rpartition(":")
     path = (directory / file).resolve()
-    if not is_plain_file(path):
+    if not os.path.isfile(path):
         raise StudyError(f'effect "{name}"', f"no file {path}", "a Python file beside the study", "Check the path.")
     source = read_plain_file(path, "a Python file", StudyError)
     digest = hashlib.sha256(str(path).encode("utf-8", "surrogateescape") + source).hexdigest()

@@ -15,7 +15,7 @@ from fibrefit.plots.records import BAND, Compared, crop
 from fibrefit.plots.spectrum import spectrum_of_channel
 from fibrefit.plots.style import FIRST, MEASURED, PALE, PLACE, SIMULATED, SMALL, label, legend, stacked_figure, title
 from fibrefit.study.summaries.discovery import GapPlace
-from fibrefit.study.summaries.part import Array
+from fibrefit.study.summaries.part import Variable
 
 TALL, LOW = 32.0, 22.0
 """Heights in mm of readings and residuals: the smaller signal has the smaller room."""
@@ -24,7 +24,7 @@ SMOOTH = 0.004
 
 
 def before_after_figure(
-    before: Fitted, after: Fitted | None, record: int, places: Sequence[GapPlace], spectrum: Mapping[str, Array]
+    before: Fitted, after: Fitted | None, record: int, places: Sequence[GapPlace], spectrum: Mapping[str, Variable]
 ) -> Figure:
     """Channels of one record.
 
@@ -34,7 +34,7 @@ def before_after_figure(
         Of the model the search began with and of the final one; None where they are the same.
     places : sequence of GapPlace
         Where the first model goes wrong in this record.
-    spectrum : mapping of str to Array
+    spectrum : mapping of str to Variable
         ``residual_spectrum`` of ``result.h5``, for the noise.
     """
     channels = before.compared(record)
@@ -96,7 +96,7 @@ def _beside(before: Fitted, record: int, places: bool) -> str:
     return "; ".join(filter(None, [before.conditions(record), shaded]))
 
 
-def averaged_noise(spectrum: Mapping[str, Array], channel: Compared) -> float:
+def averaged_noise(spectrum: Mapping[str, Variable], channel: Compared) -> float:
     """Rms of the noise of a channel after the running mean, in SI units: less than that of the noise itself.
 
     Source

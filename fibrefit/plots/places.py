@@ -29,7 +29,7 @@ from fibrefit.plots.style import (
     title,
 )
 from fibrefit.study.summaries.discovery import GapPlace
-from fibrefit.study.summaries.part import Array
+from fibrefit.study.summaries.part import Variable
 
 ROW, LEAST_ROWS = 8.0, 4
 """Height of a record in mm, and rows there is room for at least: the phases beside them have as many."""
@@ -41,14 +41,14 @@ ROOM = 0.09
 """Room of a number, as a share of the axis; of places closer than that only the larger one has its number."""
 
 
-def places_figure(first: Fitted, places: Sequence[GapPlace], group: Mapping[str, Array]) -> Figure:
+def places_figure(first: Fitted, places: Sequence[GapPlace], group: Mapping[str, Variable]) -> Figure:
     """Shares of the gap by phase on the left, the stretches that hold most of it on the right.
 
     Parameters
     ----------
     first : Fitted
         The model the search began with.
-    group : mapping of str to Array
+    group : mapping of str to Variable
         ``phase_shares`` of ``result.h5``.
     """
     records = first.records

@@ -13,7 +13,7 @@ from fibrefit.plots.figures import MOST_RECORDS, Figures
 from fibrefit.plots.overlay import PriorCurve, overlay_figure
 from fibrefit.plots.style import in_own_style
 from fibrefit.plots.traces import Way, traces_figure
-from fibrefit.study.summaries.part import Array, Groups
+from fibrefit.study.summaries.part import Groups, Variable
 from fibrefit.study.summaries.results import PosteriorParameter, PosteriorSummary
 
 MOST_VALUES = 10
@@ -109,7 +109,7 @@ def band_figures(groups: Groups, records: Sequence[str] = ()) -> Figures:
 
 
 def _banded(
-    observed: Mapping[str, Array], predicted: Mapping[str, Array], channel: str, at: tuple[int, slice]
+    observed: Mapping[str, Variable], predicted: Mapping[str, Variable], channel: str, at: tuple[int, slice]
 ) -> Banded:
     return Banded(
         channel,

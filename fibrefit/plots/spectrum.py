@@ -25,7 +25,7 @@ from fibrefit.plots.style import (
     stacked_figure,
     title,
 )
-from fibrefit.study.summaries.part import Array
+from fibrefit.study.summaries.part import Variable
 
 HEIGHT = 46.0
 """Of a channel, in mm: four of them stand on a page."""
@@ -44,7 +44,7 @@ class _Spectrum(NamedTuple):
     band: np.ndarray
 
 
-def spectrum_of_channel(group: Mapping[str, Array], channel: str) -> _Spectrum:
+def spectrum_of_channel(group: Mapping[str, Variable], channel: str) -> _Spectrum:
     """Spectra of a channel and the noise under them."""
     c = [str(name) for name in group["channel"].values].index(channel)
     first, final = group["power"].values[:, c]
@@ -52,12 +52,12 @@ def spectrum_of_channel(group: Mapping[str, Array], channel: str) -> _Spectrum:
     return _Spectrum(group["frequency"].values, first, final, *rest)
 
 
-def spectrum_figure(group: Mapping[str, Array], fitted: Fitted, changed: bool) -> Figure:
+def spectrum_figure(group: Mapping[str, Variable], fitted: Fitted, changed: bool) -> Figure:
     """Power density of the residuals of each channel, all records together, before and after.
 
     Parameters
     ----------
-    group : mapping of str to Array
+    group : mapping of str to Variable
         ``residual_spectrum`` of ``result.h5``.
     fitted : Fitted
         For its channels and units.

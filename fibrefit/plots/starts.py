@@ -26,7 +26,7 @@ from fibrefit.plots.style import (
     new_figure,
     title,
 )
-from fibrefit.study.summaries.part import Array
+from fibrefit.study.summaries.part import Variable
 
 LEFT, BETWEEN = 14.0, 6.0
 """Room for the numbers of the starts, and between panels for the end of a number, in mm."""
@@ -54,12 +54,12 @@ class _Starts(NamedTuple):
         return len(self.cost)
 
 
-def starts_figure(group: Mapping[str, Array], units: Mapping[str, str]) -> Figure:
+def starts_figure(group: Mapping[str, Variable], units: Mapping[str, str]) -> Figure:
     """Starts in the order of their cost, a column for each parameter, colour and marker by basin.
 
     Parameters
     ----------
-    group : mapping of str to Array
+    group : mapping of str to Variable
         ``starts`` of ``result.h5``.
     units : mapping of str to str
         SI unit of each parameter.

@@ -27,7 +27,7 @@ from fibrefit.plots.style import (
     title,
 )
 from fibrefit.series.jumps import Extremes, jumps, ranges
-from fibrefit.study.summaries.part import Array, Groups
+from fibrefit.study.summaries.part import Groups, Variable
 from fibrefit.study.summaries.results import CurveSummary, SweepSummary
 
 CHANNELS = ("angle", "force_1", "force_2")
@@ -53,7 +53,7 @@ class _Branch(Extremes):
     overturned: np.ndarray
 
     @classmethod
-    def of(cls, group: Mapping[str, Array]) -> _Branch:
+    def of(cls, group: Mapping[str, Variable]) -> _Branch:
         """From its group of ``result.h5``."""
         lowest, highest, first_lowest, first_highest = (
             np.column_stack([group[f"{channel}_{end}{when}"].values for channel in CHANNELS])

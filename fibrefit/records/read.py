@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +16,7 @@ from fibrefit.core import units as registry
 from fibrefit.core.declarations import ROLES
 from fibrefit.core.errors import DataError, as_one
 from fibrefit.core.formatting import format_number
-from fibrefit.core.paths import is_plain_file, nearest_file, read_plain_file, shown_path
+from fibrefit.core.paths import nearest_file, read_plain_file, shown_path
 from fibrefit.records.build import build_table
 from fibrefit.records.clock.base import TimeBase
 from fibrefit.records.columns.raw import Raw
@@ -187,7 +188,7 @@ def record_of(table: Table, *, channels: Mapping[str, Any] | None = None, name: 
 
 def _read(path: Path, options: ReadOptions) -> tuple[Raw, Path, str]:
     """Columns of a file, its path and the SHA-256 of its bytes, which are let go here."""
-    near = "" if is_plain_file(path) else nearest_file(path)
+    near = "" if os.path.isfile(path) else nearest_file(path)
     data = read_plain_file(path, "a measurement file", DataError, near)
     return _raw(data, path, options), path, hashlib.sha256(data).hexdigest()
 

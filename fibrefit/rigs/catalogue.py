@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from importlib import import_module
 
-from fibrefit.core.declarations import KINDS, declared_in
+from fibrefit.core.declarations import KINDS, declaration_of
 from fibrefit.rigs.rig import Rig
 
-RIGS: dict[str, Rig] = {
-    kind: getattr(import_module(module), name) for kind in KINDS for module, name in (declared_in(kind),)
-}
+RIGS: dict[str, Rig] = {kind: declaration_of(kind) for kind in KINDS}
 
 
 @lru_cache(maxsize=256)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from fibrefit.store.directory import ResultDirectory, Run, default_directory
-from fibrefit.store.hdf5 import Groups, Variable, read_result, write_result
+from fibrefit.store.hdf5 import read_result, write_result
 from fibrefit.store.summary import provenance, read_summary, write_summary
 
 __all__ = [
-    "Groups",
     "ResultDirectory",
     "Run",
-    "Variable",
     "default_directory",
     "provenance",
     "read_result",

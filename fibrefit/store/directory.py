@@ -17,12 +17,12 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
-from typing import NamedTuple, Self
+from typing import Self
 
 from filelock import FileLock, Timeout
 
 from fibrefit.core.errors import UsageError
-from fibrefit.core.paths import is_plain_file, path_from, sha256_of, synchronise
+from fibrefit.core.paths import path_from, sha256_of, synchronise
 from fibrefit.store import manifest
 from fibrefit.store.manifest import MARKER, WORKING, Manifest, files_of, identity_of, read_manifest
 from fibrefit.study import Study
@@ -69,7 +69,7 @@ class Run:
         parts = {COMMAND: command} | {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
         read = (*study.data_files(), *files)
         # Named from the study, wherever the command was called.
-        named = {path_from(study.source.parent, file): file for file in read if is_plain_file(file)}
+        named = {path_from(study.source.parent, file): file for file in read if os.path.isfile(file)}
         digests = {f'data "{name}"': sha256_of(file) for name, file in named.items()}
         return cls((*study.input_files(), *files), parts | digests)
 
@@ -194,21 +194,10 @@ def default_directory(study_name: str, *content: str, parent: Path = Path("resul
     return parent / f"{slug}-{digest[:8]}"
 
 
-class _Reserved(NamedTuple):
-    """A folder that a thread of this process has locked.
+_RESERVED: dict[tuple[Path, int], str | None] = {}
+"""Identity of what stood in a folder when a thread of this process locked it: "" for an empty one, None for nothing.
 
-    Parameters
-    ----------
-    known : str or None
-        Identity of what stood there then; "" for an empty folder, None for nothing.
-    """
-
-    thread: int
-    known: str | None
-
-
-_RESERVED: dict[Path, _Reserved] = {}
-"""By folder. What a thread has reserved, it may enter again, such as a command that saves what it has computed."""
+What a thread has reserved, it may enter again, such as a command that saves what it has computed."""
 
 
 class ResultDirectory:
@@ -335,9 +324,9 @@ class ResultDirectory:
     @contextmanager
     def _reserved(self) -> Iterator[str | None]:
         """The lock, and what stands at OUT while it is held."""
-        held = _RESERVED.get(self.out)
-        if held is not None and held.thread == threading.get_ident():
-            yield held.known
+        place = self.out, threading.get_ident()
+        if place in _RESERVED:
+            yield _RESERVED[place]
             return
         with ExitStack() as stack:
             try:
@@ -348,10 +337,9 @@ class ResultDirectory:
                 raise self._refused(error) from None
             self._check_out()
             self._check_partial()
-            known = identity_of(self.out)
-            _RESERVED[self.out] = _Reserved(threading.get_ident(), known)
-            stack.callback(_RESERVED.pop, self.out)
-            yield known
+            _RESERVED[place] = identity_of(self.out)
+            stack.callback(_RESERVED.pop, place)
+            yield _RESERVED[place]
 
     def _begin(self) -> None:
         """An empty folder to write to, or the one that is gone on with."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,8 @@ import numpy as np
 from fibrefit.core import limits
 from fibrefit.core.errors import DataError
 from fibrefit.core.limits import Allowance
-from fibrefit.core.paths import is_plain_file, write_whole
+from fibrefit.core.paths import write_whole
+from fibrefit.study.summaries.part import Groups, Variable
 from fibrefit.study.summaries.results import Provenance
 
 if TYPE_CHECKING:
@@ -24,31 +24,6 @@ SMALL = 1024
 PACKED = 32
 """Times its own size that a file may unpack to where that is beyond what any file may: arrays are filled up to the
 length of the longest record, and what fills them up packs to nothing."""
-
-
-@dataclass(frozen=True, slots=True)
-class Variable:
-    """An array with its dimensions and unit.
-
-    Parameters
-    ----------
-    values : numpy.ndarray
-        Real numbers, integers, booleans or text, of any shape.
-    dims : tuple of str
-        Name of each dimension; a variable named like its only dimension holds that dimension's coordinates.
-    unit : str
-        SI unit of the values; ``"-"`` for a pure number or text.
-    doc : str
-        One sentence that says what they are.
-    """
-
-    values: np.ndarray
-    dims: tuple[str, ...] = ()
-    unit: str = "-"
-    doc: str = ""
-
-
-Groups = Mapping[str, Mapping[str, Variable]]
 
 
 def write_result(path: Path, schema: str, groups: Groups, provenance: Provenance) -> None:
@@ -116,7 +91,7 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
     """
     import h5py
 
-    if os.path.lexists(path) and not is_plain_file(path):
+    if os.path.lexists(path) and not os.path.isfile(path):
         raise DataError(str(path), "no plain file", "a result.h5 of fibrefit", "")
     try:
         with h5py.File(path, "r", locking=False) as file:

@@ -9,15 +9,7 @@ from pathlib import Path
 
 from fibrefit.core.environment import versions
 from fibrefit.core.errors import DataError
-from fibrefit.core.paths import (
-    is_folder,
-    is_plain_file,
-    nearest_file,
-    read_plain_file,
-    sha256_of,
-    shown_path,
-    write_whole,
-)
+from fibrefit.core.paths import nearest_file, read_plain_file, sha256_of, shown_path, write_whole
 from fibrefit.study import Study
 from fibrefit.study.summaries.part import Part
 from fibrefit.study.summaries.results import Provenance
@@ -64,7 +56,7 @@ def read_summary(result: str | Path) -> Part:
         If it does not follow its schema.
     """
     path = Path(result)
-    if is_folder(path):
+    if os.path.isdir(path):
         for name, (what, do) in WITHOUT.items() if not os.path.lexists(path / NAME) else ():
             if os.path.lexists(path / name):
                 raise DataError(str(path), f"{what}, without a {NAME}", "a result of another command", do)
@@ -83,9 +75,9 @@ def folder_of_result(result: Path) -> Path:
     DataError
         If there is neither.
     """
-    if is_folder(result):
+    if os.path.isdir(result):
         return result
-    if is_plain_file(result):
+    if os.path.isfile(result):
         return result.parent
     do = nearest_file(result) or "Check the path."
     raise DataError(shown_path(result), "no such file or folder", "the folder of a result", do)
@@ -105,7 +97,7 @@ def files_of_result(result: Path) -> list[Path]:
         If there is neither.
     """
     folder = folder_of_result(result)
-    return [folder / name for name in (NAME, "result.h5", "study.toml") if is_plain_file(folder / name)]
+    return [folder / name for name in (NAME, "result.h5", "study.toml") if os.path.isfile(folder / name)]
 
 
 def provenance(

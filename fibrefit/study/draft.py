@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
 from fibrefit.core.declarations import KINDS
-from fibrefit.core.errors import UsageError, did_you_mean
+from fibrefit.core.errors import UsageError, refuse_unknown
 from fibrefit.core.paths import name_of_several, path_from
 from fibrefit.study.overrides import apply_overrides, parse
 from fibrefit.study.quantity import field_unit
@@ -101,8 +101,7 @@ def study_text(files: Sequence[FileReading], kind: str | None, overrides: Sequen
         known = {kind: set(keys.noise) for kind, keys in RIG_KEYS.items()}
         kind = max(known, key=lambda kind: (len(roles & known[kind]), -len(known[kind] - roles)))
         kind = kind if roles else "fibre_mass"
-    if kind not in KINDS:
-        raise UsageError(where, f'"{kind}"', f"one of {', '.join(KINDS)}", did_you_mean(kind, KINDS))
+    refuse_unknown(where, kind, KINDS)
     files = [_with_channels_of(kind, one) for one in files]
     usual = replace(files[0], units={role: files[0].units[role] for role in files[0].declared})
     records: Any = []

@@ -13,16 +13,9 @@ from pydantic import ValidationError
 
 from fibrefit.core.declarations import KINDS
 from fibrefit.core.errors import Mistakes, StudyError, UsageError, did_you_mean
+from fibrefit.core.formatting import in_words
 from fibrefit.core.limits import LARGEST_STUDY
-from fibrefit.core.paths import (
-    is_folder,
-    is_plain_file,
-    name_of_several,
-    nearest_file,
-    read_plain_file,
-    sha256_of,
-    shown_path,
-)
+from fibrefit.core.paths import name_of_several, nearest_file, read_plain_file, sha256_of, shown_path
 from fibrefit.core.units import Scale, uncertain
 from fibrefit.study.overrides import apply_overrides
 from fibrefit.study.parameters import NormalPrior, ParameterTable
@@ -86,9 +79,9 @@ def load_study(
     (0.005, 3.1)
     """
     source = Path(path)
-    if is_folder(source):
+    if os.path.isdir(source):
         source = source / "study.toml"
-    near = "" if is_plain_file(source) else nearest_file(source, ".toml")
+    near = "" if os.path.isfile(source) else nearest_file(source, ".toml")
     data = read_plain_file(source, "a study file", StudyError, near, LARGEST_STUDY)
     try:
         text = data.decode("utf-8-sig")
@@ -204,7 +197,7 @@ def _study(raw: dict[str, Any], source: Path, overrides: Sequence[str], missing:
         with mistakes.collect():
             study = _with_scale_parameters(study, locate)
         study._source, study._table, study._locate = source, table, locate
-        study.digests.update({path: sha256_of(path) for path in (source, table) if path and is_plain_file(path)})
+        study.digests.update({path: sha256_of(path) for path in (source, table) if path and os.path.isfile(path)})
         study.check(mistakes)
         _check_files(study, locate, missing, mistakes)
     return study
@@ -309,9 +302,8 @@ def _completed(study: Study, locate: KeyLocator, mistakes: Mistakes) -> tuple[An
                 example = unit.example if unit else ""
                 if own := [j for j, other in enumerate(study.records) if getattr(other, key) is not None]:
                     names = [f"records[{j}]" if locate.table is None else f"record {j + 1}" for j in own]
-                    those = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
-                    if own[_RECORDS_NAMED:]:
-                        those = f"{len(own)} of {len(study.records)} records"
+                    counted = f"{len(own)} of {len(study.records)} records"
+                    those = counted if own[_RECORDS_NAMED:] else in_words(names)
                     do = f"It stands in {those} alone. "
                 do += f'Write {key} = "{example}" {"under [rig]" if do else "there"}, or --set rig.{key}="{example}".'
                 mistakes.note(StudyError(locate(f"records[{i}]"), f"no {key}", "it here or under [rig]", do))
@@ -333,7 +325,7 @@ def _check_files(study: Study, locate: KeyLocator, may_be: Missing, mistakes: Mi
     missing: dict[int, list[str]] = {}
     for i, record in enumerate(study.records):
         for file in (*record.files, *((record.header,) if record.header else ())):
-            if not is_plain_file(study.path_of(file)):
+            if not os.path.isfile(study.path_of(file)):
                 missing.setdefault(i, []).append(file)
     if may_be == "some" and len(missing) < len(study.records):
         return
@@ -343,10 +335,10 @@ def _check_files(study: Study, locate: KeyLocator, may_be: Missing, mistakes: Mi
         do = ""
         if "\0" in file or len(path.name.encode(errors="replace")) > _LONGEST_NAME:
             got, expected = f'"{shown_path(file)}"', "a name that a file can have"
-        elif not is_folder(folder):
+        elif not os.path.isdir(folder):
             got, expected = f'no folder for "{shown_path(file)}"', f"{shown_path(folder)} to exist"
         elif os.path.exists(path):
-            got = f'"{file}" is {"a folder" if is_folder(path) else "a device or a pipe"}'
+            got = f'"{file}" is {"a folder" if os.path.isdir(path) else "a device or a pipe"}'
             expected = "a file with measured data"
         elif not os.access(folder, os.X_OK):
             got, expected = f'"{file}" cannot be reached', f"leave to look into {shown_path(folder)}"

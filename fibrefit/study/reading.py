@@ -34,19 +34,18 @@ class ChannelTable(StudyTable):
 
     @field_validator("unit")
     @classmethod
-    def _known_unit(cls, unit: str | None) -> str | None:
-        if unit is not None and units.expression(unit) is None:
+    def _known_unit(cls, unit: str) -> str:
+        if units.expression(unit) is None:
             raise refusal(f'unit "{unit}"', "a known unit, such as N, mm, V or counts", did_you_mean(unit, SUGGESTED))
         return unit
 
     @field_validator("scale")
     @classmethod
     def _a_scale(cls, scale: Any) -> Any:
-        if scale is not None:
-            try:
-                Scale.parse(scale, "scale")
-            except StudyError as error:
-                raise refusal(error.got, error.expected, error.do) from None
+        try:
+            Scale.parse(scale, "scale")
+        except StudyError as error:
+            raise refusal(error.got, error.expected, error.do) from None
         return scale
 
 
@@ -66,26 +65,6 @@ ChannelEntry = Annotated[
     Discriminator(lambda said: "table" if isinstance(said, Mapping | ChannelTable) else "heading"),
 ]
 """A heading, or a table with column, unit, zero and scale."""
-
-
-def plain_channels(channels: Mapping[str, Any]) -> dict[str, Any]:
-    """Channels as readers take them: a heading, or a dict with ``column``, ``unit``, ``zero`` and ``scale``.
-
-    Parameters
-    ----------
-    channels : mapping of str to heading or ChannelTable
-        By role; None stands for nothing said.
-    """
-    return {
-        role: said.model_dump(exclude_none=True) if isinstance(said, ChannelTable) else said
-        for role, said in channels.items()
-        if said
-    }
-
-
-def column_of(said: Any) -> str | None:
-    """Heading of a channel, where one is said."""
-    return said.column if isinstance(said, ChannelTable) else said
 
 
 def check_channels(channels: Mapping[str, Any], declared: Mapping[str, str], where: str, mistakes: Mistakes) -> None:
@@ -168,7 +147,7 @@ def reading_arguments(
     Parameters
     ----------
     channels : mapping
-        Heading by role, or a table with column, unit and scale.
+        Heading by role, or a table with column, unit, zero and scale; None stands for nothing said.
     units : mapping of str to str
         Unit by role or header.
     files : Files
@@ -183,7 +162,11 @@ def reading_arguments(
     """
     return {
         "header": files.header,
-        "channels": plain_channels(channels),
+        "channels": {
+            role: said.model_dump(exclude_none=True) if isinstance(said, ChannelTable) else said
+            for role, said in channels.items()
+            if said
+        },
         "units": dict(units),
         "columns": files.columns,
         "delimiter": files.delimiter,

@@ -10,12 +10,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib import import_module
-from typing import Annotated, Any, ClassVar, Literal, Protocol, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, StrictStr, create_model, model_validator
 
-from fibrefit.core.declarations import ROLES, Parameter, declared_in
+from fibrefit.core.declarations import ROLES, declaration_of
 from fibrefit.core.limits import MOST_SWEPT
 from fibrefit.study import quantity as q
 from fibrefit.study.reading import ChannelEntry
@@ -53,9 +52,8 @@ class FibreMassRecord(FibreMassConstants, RecordTable):
     lift: q.Distance | None = None
     """Height above the point where the fibre is just taut; found from the data when absent."""
     release: q.Instant | None = no_condition("When the weight was let go; found from the data when absent.")
-    position_zero: q.Position | None = no_condition(
-        "Reading of the position where the fibre is just taut; found when absent."
-    )
+    position_zero: q.Position | None = no_condition()
+    """Reading of the position where the fibre is just taut; found when absent."""
 
 
 class FibreMassRig(FibreMassConstants):
@@ -365,26 +363,6 @@ RIG_KEYS: dict[str, RigKeys] = {
 """Kinds whose study says more than their rig declares, such as what was not measured, or must be read without JAX."""
 
 
-class RigDeclaration(Protocol):
-    """What is required of a rig."""
-
-    @property
-    def kind(self) -> str:
-        """Name in a study."""
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the base model."""
-
-    @property
-    def conditions(self) -> tuple[Parameter, ...]:
-        """What must be known of a record; one that is typically NaN has to be stated."""
-
-    @property
-    def measured(self) -> tuple[str, ...]:
-        """Channels that a record must hold."""
-
-
 @cache
 def study_type(kind: str) -> type[Study]:
     """What a study of a kind of rig may say.
@@ -396,9 +374,7 @@ def study_type(kind: str) -> type[Study]:
     """
     if kind in RIG_KEYS:
         return study_of(kind, RIG_KEYS[kind])
-    # Found by its name, as a plug-in is: the equations beside the declaration stand floors above.
-    module, name = declared_in(kind)
-    return study_of(kind, declared_keys(getattr(import_module(module), name)))
+    return study_of(kind, declared_keys(declaration_of(kind)))
 
 
 def study_of(kind: str, keys: RigKeys) -> type[Study]:
@@ -425,8 +401,11 @@ def study_of(kind: str, keys: RigKeys) -> type[Study]:
     return create_model(f"{_title(kind)}Study", __base__=keys.base, __doc__=keys.study, **tables)
 
 
-def declared_keys(rig: RigDeclaration) -> RigKeys:
-    """What a study may say of a rig whose declaration says it all: a key for each condition and channel."""
+def declared_keys(rig: Any) -> RigKeys:
+    """What a study may say of a rig whose declaration says it all: a key for each condition and channel.
+
+    A condition that is typically NaN has to be stated.
+    """
 
     def quantity(unit: str, lower: float = 0.0, upper: float = math.inf, *, above: bool = True) -> Any:
         """Type of a number that is written with its unit, or plainly where it has none."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -12,11 +13,11 @@ from pydantic import Field, PrivateAttr, StrictStr
 from fibrefit.core.declarations import ROLES, Parameter
 from fibrefit.core.errors import Mistakes, StudyError, did_you_mean
 from fibrefit.core.formatting import Card, Shown
-from fibrefit.core.paths import is_plain_file, path_from, sha256_of
+from fibrefit.core.paths import path_from, sha256_of
 from fibrefit.core.units import expression, to_si
 from fibrefit.study.parameters import UNIT_ROUNDING, ParameterSetting, ParameterTable, check_possible, setting_of
 from fibrefit.study.quantity import AS_WRITTEN, as_stated, field_unit
-from fibrefit.study.reading import SUGGESTED, ChannelTable, Files, check_channels, column_of, reading_arguments
+from fibrefit.study.reading import SUGGESTED, ChannelTable, Files, check_channels, reading_arguments
 from fibrefit.study.table import KeyLocator, Name, StudyTable
 from fibrefit.study.toml import to_toml
 
@@ -118,7 +119,7 @@ class Study(Shown, StudyTable):
 
     def stated_in(self) -> list[Path]:
         """The files that state it: itself, and its table of records."""
-        return [path for path in (self._source, self._table) if path is not None and is_plain_file(path)]
+        return [path for path in (self._source, self._table) if path is not None and os.path.isfile(path)]
 
     def data_files(self) -> list[Path]:
         """The input files whose content is not in the study itself: records, and files with effects."""
@@ -270,8 +271,9 @@ class Study(Shown, StudyTable):
         """Note units that are not known, do not suit their channel, or belong to no channel."""
         tables = [dict(self.channels), *(record.channels for record in self.records if record.channels)]
         role_of = {role: role for role, _ in self.channels}
-        role_of |= {column_of(said) or role: role for table in tables for role, said in table.items() if said}
-        scaled = {r for table in tables for r, said in table.items() if isinstance(said, ChannelTable) and said.scale}
+        said_of = [(role, said) for table in tables for role, said in table.items() if said]
+        role_of |= {(said.column if isinstance(said, ChannelTable) else said) or role: role for role, said in said_of}
+        scaled = {role for role, said in said_of if isinstance(said, ChannelTable) and said.scale}
         check_channels(dict(self.channels), self.units, self._locate("channels"), mistakes)
         for i, record in enumerate(self.records):
             for role in (record.channels or {}).keys() - dict(self.channels).keys():
@@ -294,10 +296,10 @@ class Study(Shown, StudyTable):
         files = {effect.rpartition(":")[0] for effect in self.own_effects()}
         for file, expected in self.model.laws.items():
             path = self.path_of(file)
-            if file not in files and not is_plain_file(path):
+            if file not in files and not os.path.isfile(path):
                 do = did_you_mean(file, files) or "Correct its name, or remove the line."
                 mistakes.note(StudyError(self._locate(f"model.laws.{file}"), "no such file", "that of an effect", do))
-            elif is_plain_file(path) and (found := sha256_of(path)) != expected.lower():
+            elif os.path.isfile(path) and (found := sha256_of(path)) != expected.lower():
                 got = f"{path} has changed: its SHA-256 is {found[:12]}..."
                 known = f"{expected[:12]}..., that of the law this study was written with"
                 do = "Look at what has changed; then put the new digest there, or remove the line."
@@ -356,7 +358,7 @@ class Study(Shown, StudyTable):
             written = real = path.resolve()
             if growing is not None and real.is_relative_to(here):
                 written = growing / real.relative_to(here)
-            if is_plain_file(written):
+            if os.path.isfile(written):
                 laws[path_from(here, real)] = sha256_of(written)
         content["model"]["laws"] = laws
 

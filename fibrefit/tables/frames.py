@@ -14,15 +14,12 @@ from fibrefit.core.errors import DataError
 from fibrefit.core.matrices import correlation_matrix
 from fibrefit.core.paths import read_plain_file, shown_path
 from fibrefit.study.summaries.discovery import DistinguishSummary, PlanSummary
-from fibrefit.study.summaries.part import Z_95, Part
+from fibrefit.study.summaries.part import Z_95, Groups, Part
 from fibrefit.study.summaries.results import SweepSummary
 from fibrefit.study.summaries.series import SeriesSummary
 
 #: Columns of a table of parameters.
 COLUMNS = ("name", "record", "value", "std_error", "low", "high", "unit")
-
-Groups = Mapping[str, Mapping[str, Any]]
-"""Group to name to an array with ``values``, ``dims``, ``unit`` and ``doc``, as ``result.h5`` holds them."""
 
 
 def parameter_frame(summary: Any) -> pd.DataFrame:
@@ -215,11 +212,7 @@ def result_frame(summary: Part) -> pd.DataFrame:
             {
                 "like": one.like,
                 **one.conditions,
-                "pace": one.pace,
-                "size": one.size,
-                "minutes": one.minutes,
-                "probability_distinguished": one.probability_distinguished,
-                "looked_into": one.looked_into,
+                **one.model_dump(include={"pace", "size", "minutes", "probability_distinguished", "looked_into"}),
                 **{f"error of {name}": factor for name, factor in one.errors.items()},
                 **{f"limit of {name}": factor for name, factor in one.limits.items()},
             }
@@ -228,17 +221,7 @@ def result_frame(summary: Part) -> pd.DataFrame:
         return pd.DataFrame(rows)
     if isinstance(summary, SeriesSummary):
         rows = [
-            {
-                "record": record,
-                "parameter": name,
-                "value": own.value,
-                "std_error": own.std_error,
-                "common_error": own.common_error,
-                "unit": own.unit,
-                "shrunk": own.shrunk,
-                "shrunk_error": own.shrunk_error,
-                **found.conditions,
-            }
+            {"record": record, "parameter": name, **own.model_dump(), **found.conditions}
             for record, found in summary.records.items()
             for name, own in found.parameters.items()
         ]

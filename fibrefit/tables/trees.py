@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fibrefit.tables.frames import Groups
+from fibrefit.study.summaries.part import Groups
 
 #: Groups that tell where a result comes from; their text stands in the summary too.
 NO_ARRAYS = ("provenance",)

@@ -26,7 +26,7 @@ from fibrefit.workflow.prepare import read_records, task_of, task_to_fit
 
 if TYPE_CHECKING:
     from fibrefit.plots.figures import Figures
-    from fibrefit.store.hdf5 import Variable
+    from fibrefit.study.summaries.part import Variable
 
 FIT_STARTS = 32
 

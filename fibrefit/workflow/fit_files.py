@@ -21,10 +21,9 @@ from fibrefit.report.sentences.fit import (
     taken_for_exact,
 )
 from fibrefit.series.speed_laws import laws_on, speeds_of
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.summaries.check import Check
-from fibrefit.study.summaries.part import MOST_MINIMA
+from fibrefit.study.summaries.part import MOST_MINIMA, Variable
 from fibrefit.study.summaries.results import (
     Basin,
     ChannelGap,

@@ -10,7 +10,7 @@ import numpy as np
 from fibrefit.core.declarations import PHASES, STATES, TURNING
 from fibrefit.fitting.result import Identification
 from fibrefit.problem import Motion, Problem
-from fibrefit.store.hdf5 import Variable
+from fibrefit.study.summaries.part import Variable
 
 BY_SAMPLE = ("record", "sample")
 """Dimensions of what every sample has."""

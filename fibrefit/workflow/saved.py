@@ -15,7 +15,7 @@ from fibrefit.workflow.outcome.result import AnyResult
 
 if TYPE_CHECKING:
     from fibrefit.plots.figures import Figures
-    from fibrefit.store.hdf5 import Variable
+    from fibrefit.study.summaries.part import Variable
 
 
 class Saved(ABC):

@@ -13,9 +13,10 @@ from fibrefit.core.formatting import Card, Shown
 from fibrefit.core.paths import record_stems, write_whole
 from fibrefit.problem import Motion, Task
 from fibrefit.store import ResultDirectory
-from fibrefit.store.hdf5 import Variable, write_result
+from fibrefit.store.hdf5 import write_result
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
+from fibrefit.study.summaries.part import Variable
 from fibrefit.workflow.prediction.held import with_nuisances_found
 from fibrefit.workflow.prepare import is_planned, task_of
 from fibrefit.workflow.saved import Saved

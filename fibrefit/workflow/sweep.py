@@ -18,10 +18,10 @@ from fibrefit.laws.law import FibreLaw, RigLaw, extends
 from fibrefit.series.sweep import Branch, Conditions, Plan, SweptCurve, sweep
 from fibrefit.simulation.model import Model
 from fibrefit.store import ResultDirectory
-from fibrefit.store.hdf5 import Variable
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.summaries.check import status_by
+from fibrefit.study.summaries.part import Variable
 from fibrefit.study.summaries.results import SweepSummary
 from fibrefit.workflow.prepare import model_of, refuse_places
 from fibrefit.workflow.saved import FoundResult

@@ -89,7 +89,7 @@ def test_jobs_that_began_in_time_and_ask_are_ended() -> None:
 
 
 def test_a_budget_counts_from_its_beginning() -> None:
-    budget = Budget.of(10.0)
+    budget = Budget(10.0)
     assert 9.0 < budget.left <= 10.0
     assert budget.used + budget.left == pytest.approx(10.0, abs=0.1)
 

@@ -297,7 +297,7 @@ def test_what_a_fit_loses_the_motion_with_is_taken_out_where_inputs_are_not_exac
     inference = SimpleNamespace(without=lambda one, effects: Model(effects, 0.0))
     search: Any = SimpleNamespace(inference=inference, gap_left=lambda one: 1.01)
     best, fit, said = final_fit.fit_of_found(
-        search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), Budget.of(100.0), 0.0
+        search, cast(Any, Model((A,), 40.0)), cast(Any, before), Limits(), Budget(100.0), 0.0
     )
     assert best.names == ((A.name,) if kept else ())
     assert fit is (ended if kept else before)
@@ -323,9 +323,7 @@ def test_what_loses_a_bounce_without_those_added_later_is_to_blame(monkeypatch: 
     monkeypatch.setattr(Model, "supermodel", SimpleNamespace(sensitivities=()), raising=False)
     search: Any = SimpleNamespace(inference=SimpleNamespace(without=lambda one, effects: Model(effects, 0.0)))
     before: Any = SimpleNamespace(record_gaps={"a.csv": 1.0})
-    best, _, said = final_fit.fit_of_found(
-        search, cast(Any, Model((A, B), 40.0)), before, Limits(), Budget.of(100.0), 0.0
-    )
+    best, _, said = final_fit.fit_of_found(search, cast(Any, Model((A, B), 40.0)), before, Limits(), Budget(100.0), 0.0)
     (told,) = (discovery_sentence(one) for one in said)
     assert best.names == (() if which == FIRST_LOSES else (A.name,))
     blamed = {FIRST_LOSES: A.name, SECOND_LOSES: B.name, IN_DOUBT: f"{A.name} and {B.name}"}[which]
@@ -352,7 +350,7 @@ def test_where_the_first_fit_lost_a_motion_that_the_search_found_the_model_is_fi
     monkeypatch.setattr(final_fit, "final_fit", lambda *of: ended)
     best: Any = SimpleNamespace(effects=(), supermodel=SimpleNamespace(sensitivities=SimpleNamespace(far=held_back)))
     nothing = cast(Any, None)
-    fit = final_fit.fit_without_effects(nothing, best, cast(Any, before), Limits(), Budget.of(60.0))
+    fit = final_fit.fit_without_effects(nothing, best, cast(Any, before), Limits(), Budget(60.0))
     assert fit is (ended if anew else before)
 
 
@@ -390,7 +388,7 @@ def test_a_final_fit_whose_simulations_are_slow_begins_where_the_search_ended(
     monkeypatch.setattr(final_fit, "total", lambda gap: gap)
     best = cast(Any, Model((A,), 40.0))
     longer = final_fit.takes_longer(cast(Any, None), best, before)
-    final_fit.fit_of_found(cast(Any, None), best, before, Limits(), Budget.of(60.0), longer)
+    final_fit.fit_of_found(cast(Any, None), best, before, Limits(), Budget(60.0), longer)
     assert [bool(starts) for starts in asked] == [searched]
 
 

@@ -88,7 +88,7 @@ def final_starts() -> int:
     stopped, best = Mock(side_effect=KeyboardInterrupt), cast(Any, SimpleNamespace(effects=("one",)))
     none, limits = cast(Any, None), cast(Any, SimpleNamespace(seed=0))
     with patch.object(final_fit, "final_fit", stopped), suppress(KeyboardInterrupt):
-        final_fit.fit_of_found(none, best, none, limits, Budget.of(100.0), 0.0)
+        final_fit.fit_of_found(none, best, none, limits, Budget(100.0), 0.0)
     return int(stopped.call_args.args[2])
 
 
@@ -247,7 +247,7 @@ def test_a_search_ends_within_the_time_given_with_the_steps_it_takes_after_its_l
 
 def test_parts_of_a_conclusion_leave_what_the_final_fit_takes() -> None:
     """Half of what is left goes to a part, and none of what is kept."""
-    budget = Budget.of(100.0)
+    budget = Budget(100.0)
     assert _Parts(budget).take("curves", time_left, 0.0) == pytest.approx(50.0, abs=1.0)
     assert _Parts(budget, kept=80.0).take("curves", time_left, 0.0) == pytest.approx(10.0, abs=1.0)
     short = _Parts(budget, kept=120.0)

@@ -88,7 +88,7 @@ def with_a_law(monkeypatch: pytest.MonkeyPatch, trouble: str | None, cut: bool, 
     law: Any = told.ToldLaw(NONE, SimpleNamespace(names=("a.law",)), Law(1.0))  # type: ignore[arg-type]
     monkeypatch.setattr(told.ToldLaw, "effect", "a.law")
     begun: Any = Told("first", (), law.told, Curves(curves=CURVES))
-    found: Any = conclusion._with_law(begun, law, NONE, 0, Budget.of(100.0))
+    found: Any = conclusion._with_law(begun, law, NONE, 0, Budget(100.0))
     return found  # type: ignore[no-any-return]
 
 

@@ -141,7 +141,7 @@ def test_the_final_fit_learns_of_the_drive_what_leads_through_every_bounce(
     assert anew is not None
     for linearisations, low, high in ((gls.MOST_LINEARISATIONS, 0.9, 1.1), (1, 2.0, np.inf)):
         monkeypatch.setattr(gls, "MOST_LINEARISATIONS", linearisations)
-        found = final_fit(*anew, 1, 0, Budget.of(1e3))
+        found = final_fit(*anew, 1, 0, Budget(1e3))
         assert low < total(found.gap) < high
         assert found.gls is not None
 

@@ -19,8 +19,8 @@ from fibrefit.plots.style import caption_of
 from fibrefit.plots.sweep import CHANNELS, _comparison_figure, _remark, _remark_on_all, sweep_figures
 from fibrefit.plots.traces import Way, traces_figure
 from fibrefit.report.text import ERROR_METHODS
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.discovery import DiscoverySummary
+from fibrefit.study.summaries.part import Variable
 from fibrefit.study.summaries.results import Gap, ParameterSummary
 from tests.study.test_summaries import EXAMPLES
 

@@ -77,7 +77,8 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 from fibrefit.core.errors import UsageError
-from fibrefit.store import ResultDirectory, Variable, provenance, write_result
+from fibrefit.store import ResultDirectory, provenance, write_result
+from fibrefit.study.summaries.part import Variable
 out = Path(sys.argv[1])
 with ResultDirectory(out) as result:
     (result.path / "summary.json").write_text("old")

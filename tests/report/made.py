@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fibrefit.report.page import Illustration, Result
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import results as s
 from fibrefit.study.summaries import series
+from fibrefit.study.summaries.part import Variable
 from tests.study.test_summaries import CANDIDATE, CHECK, FIT, GAP, PROVENANCE
 
 COUNT, RATE = 6000, 2000.0

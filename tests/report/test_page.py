@@ -20,9 +20,8 @@ from fibrefit.report.page.discovery import discovery_page
 from fibrefit.report.page.kinds import KINDS, page_of
 from fibrefit.report.page.posterior import view_of_posterior
 from fibrefit.report.text import fit_report
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.files import SUMMARIES
-from fibrefit.study.summaries.part import conditions_text
+from fibrefit.study.summaries.part import Variable, conditions_text
 from tests.report.test_text import records_of_two_files
 from tests.study.test_summaries import EXAMPLES, FIT, GAP
 

@@ -11,7 +11,8 @@ import xarray
 
 from fibrefit.core import limits
 from fibrefit.core.errors import DataError
-from fibrefit.store import Variable, read_result, write_result
+from fibrefit.store import read_result, write_result
+from fibrefit.study.summaries.part import Variable
 from fibrefit.study.summaries.results import Provenance
 
 PROVENANCE = Provenance(

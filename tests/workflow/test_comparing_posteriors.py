@@ -15,9 +15,8 @@ from fibrefit.report.posterior import better_model, posterior_report
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.predict import CrossValidation
 from fibrefit.series.thresholds import SIGNIFICANT
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
-from fibrefit.study.summaries.part import Measure
+from fibrefit.study.summaries.part import Measure, Variable
 from fibrefit.study.summaries.results import ComparedModel, PosteriorSummary, Provenance
 from fibrefit.workflow import compare
 from fibrefit.workflow.compare import Rival, compared, rival_of

@@ -14,8 +14,8 @@ import pytest
 import fibrefit
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.store.csv_text import csv_text
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
+from fibrefit.study.summaries.part import Variable
 from fibrefit.workflow.fit import Fit
 from fibrefit.workflow.outcome.stored import StoredInspection, StoredResult
 from tests.study.test_summaries import EXAMPLES

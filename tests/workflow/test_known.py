@@ -12,8 +12,8 @@ from scipy.stats import t
 
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.fitting.error_bars import _held
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study, load_study
+from fibrefit.study.summaries.part import Variable
 from fibrefit.study.summaries.results import (
     BetweenRecordsSummary,
     ChannelGap,

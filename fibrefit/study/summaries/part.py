@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Protocol, Self
+from dataclasses import dataclass
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import (
@@ -74,16 +75,29 @@ class Measure(Part):
     error: float
 
 
-class Array(Protocol):
-    """A variable: its values, and their SI unit."""
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """An array with its dimensions and unit.
 
-    @property
-    def values(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def unit(self) -> str: ...  # noqa: D102
+    Parameters
+    ----------
+    values : numpy.ndarray
+        Real numbers, integers, booleans or text, of any shape.
+    dims : tuple of str
+        Name of each dimension; a variable named like its only dimension holds that dimension's coordinates.
+    unit : str
+        SI unit of the values; ``"-"`` for a pure number or text.
+    doc : str
+        One sentence that says what they are.
+    """
+
+    values: np.ndarray
+    dims: tuple[str, ...] = ()
+    unit: str = "-"
+    doc: str = ""
 
 
-Groups = Mapping[str, Mapping[str, Array]]
+Groups = Mapping[str, Mapping[str, Variable]]
 """Group to name to variable."""
 AXES = ("record", "sample", "time")
 """Variables of a group of samples that are coordinates of the others."""
@@ -91,12 +105,12 @@ CONDITIONS = ("lift", "inclination", "added_mass")
 """Conditions worth a word beside a record's name."""
 
 
-def conditions_text(constants: Mapping[str, Array], record: int) -> str:
+def conditions_text(constants: Mapping[str, Variable], record: int) -> str:
     """What tells a record from its neighbours: ``lift 10 mm, inclination 45°``.
 
     Parameters
     ----------
-    constants : mapping of str to Array
+    constants : mapping of str to Variable
         Group ``constant_data`` of a result, ``(n_record,)`` each.
     record : int
         Place of the record.

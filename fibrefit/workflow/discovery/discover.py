@@ -34,7 +34,7 @@ from fibrefit.workflow.prepare import read_records, task_of, task_to_fit
 from fibrefit.workflow.saved import write_parts
 
 if TYPE_CHECKING:
-    from fibrefit.store.hdf5 import Variable
+    from fibrefit.study.summaries.part import Variable
 
 Choose = Callable[[Sequence[Candidate]], str | None]
 

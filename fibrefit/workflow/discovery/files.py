@@ -18,11 +18,11 @@ from fibrefit.report.sentences.discovery import (
     worded_weight,
 )
 from fibrefit.report.sentences.fit import fit_sentence
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable, with_initial
 from fibrefit.study.summaries import discovery as d
 from fibrefit.study.summaries import results as s
+from fibrefit.study.summaries.part import Variable
 from fibrefit.workflow.discovery.advice import next_steps
 from fibrefit.workflow.discovery.residual_files import residual_groups
 from fibrefit.workflow.discovery.statements import statements_of

@@ -12,7 +12,7 @@ from fibrefit.discovery.residuals.residuals import channel_residuals
 from fibrefit.discovery.residuals.spectrum import narrow_band, spectrum_of
 from fibrefit.discovery.residuals.where import phase_shares
 from fibrefit.fitting.result import Identification
-from fibrefit.store.hdf5 import Variable
+from fibrefit.study.summaries.part import Variable
 from fibrefit.workflow.groups_in_common import motion_group
 
 MODELS = ("first", "final")

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import NO_FILES, FibrefitError, UsageError
 from fibrefit.core.formatting import Card, Shown, printable
-from fibrefit.core.paths import is_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -216,7 +215,7 @@ def inspect(
     paths = [Path(path) for path in ([what] if isinstance(what, str | Path) else what)]
     if not paths:
         raise UsageError("files", *NO_FILES)
-    if len(paths) == 1 and (is_folder(paths[0]) or paths[0].suffix.lower() == ".toml"):
+    if len(paths) == 1 and (os.path.isdir(paths[0]) or paths[0].suffix.lower() == ".toml"):
         from fibrefit.study import load_study
 
         study = load_study(paths[0], overrides)

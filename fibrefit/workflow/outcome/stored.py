@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from fibrefit.core.errors import DataError, UsageError
 from fibrefit.core.formatting import Card, Shown
-from fibrefit.core.paths import FORMATS, is_folder, is_plain_file, read_plain_file, record_stems, shown_path
+from fibrefit.core.paths import FORMATS, read_plain_file, record_stems, shown_path
 from fibrefit.store.csv_text import as_named
 from fibrefit.store.summary import LARGEST_SUMMARY, NAME, read_summary
 from fibrefit.study.load import load_study
@@ -314,14 +314,14 @@ def load_result(path: str | Path) -> StoredResult | StoredInspection | StoredSim
     ['name', 'record', 'value', 'std_error', 'low', 'high', 'unit']
     """
     folder = Path(path)
-    folder = folder.parent if is_plain_file(folder) else folder
+    folder = folder.parent if os.path.isfile(folder) else folder
     if os.path.exists(folder / NAME):
         result = StoredResult(folder)
         result.summary()
         return result
     if os.path.exists(folder / INSPECTION):
         return StoredInspection(folder)
-    if is_folder(folder / "simulated"):
+    if os.path.isdir(folder / "simulated"):
         return StoredSimulation(folder)
     raise DataError(shown_path(path), "no result", f"a folder with {NAME}, {INSPECTION} or simulated/", "")
 
@@ -355,7 +355,7 @@ def read_batch(path: str | Path) -> pd.DataFrame:
     from fibrefit.tables.frames import batch_frame
 
     folder = Path(path)
-    table = batch_frame(folder / "results.csv" if is_folder(folder) or not folder.suffix else folder)
+    table = batch_frame(folder / "results.csv" if os.path.isdir(folder) or not folder.suffix else folder)
     return table.rename(index=as_named)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from fibrefit.core.errors import DataError, FibrefitError, UsageError
-from fibrefit.core.paths import is_plain_file, path_from, write_whole
+from fibrefit.core.paths import path_from, write_whole
 from fibrefit.report.page import Illustration, Result, page
 from fibrefit.store import read_result, read_summary
 from fibrefit.study.summaries.discovery import DiscoverySummary
@@ -81,7 +81,7 @@ def page_file(out: Path, force: bool) -> Path:
 
 
 def _is_page(file: Path) -> bool:
-    if not is_plain_file(file):
+    if not os.path.isfile(file):
         return False
     try:
         with file.open("rb") as page:

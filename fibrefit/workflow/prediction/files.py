@@ -12,9 +12,8 @@ from fibrefit.problem import ForceBalance
 from fibrefit.records import Record
 from fibrefit.report.sentences.prediction import OF_PREDICTION, prediction_check_summaries, prediction_sentence
 from fibrefit.report.text import explained_told
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study.summaries.check import Check, Status
-from fibrefit.study.summaries.part import Z_95
+from fibrefit.study.summaries.part import Z_95, Variable
 from fibrefit.study.summaries.results import (
     InputErrorSummary,
     ParameterSummary,

@@ -15,10 +15,10 @@ from fibrefit.core.errors import UsageError
 from fibrefit.core.paths import sha256_of
 from fibrefit.problem import parameter_slots
 from fibrefit.simulation.model import Model
-from fibrefit.store.hdf5 import Groups, Variable, read_result
+from fibrefit.store.hdf5 import read_result
 from fibrefit.store.summary import files_of_result, folder_of_result, read_summary
 from fibrefit.study import Study, load_study
-from fibrefit.study.summaries.part import Z_95, Part
+from fibrefit.study.summaries.part import Z_95, Groups, Part, Variable
 from fibrefit.study.summaries.results import (
     BetweenRecordsSummary,
     ChannelGap,

@@ -16,10 +16,10 @@ from fibrefit.core.threads import one_blas_thread
 from fibrefit.fitting.residuals import evaluate
 from fibrefit.fitting.uncertainty import Freedom, freedom_of, predictive_slopes, predictive_variance
 from fibrefit.problem import ForceBalance, Layout, Problem, Task, formulate
-from fibrefit.store.hdf5 import Groups
 from fibrefit.store.summary import provenance
 from fibrefit.study import Study, as_study
 from fibrefit.study.parameters import ParameterSetting, ParameterTable, with_initial
+from fibrefit.study.summaries.part import Groups
 from fibrefit.study.summaries.results import PredictionSummary
 from fibrefit.workflow.prediction.files import prediction_groups, prediction_summary
 from fibrefit.workflow.prediction.held import Held, with_nuisances_found

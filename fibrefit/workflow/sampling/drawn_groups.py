@@ -9,7 +9,7 @@ from fibrefit.plots.traces import SPREAD
 from fibrefit.problem import Prior
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import PRIOR_MATTERS
-from fibrefit.store.hdf5 import Variable
+from fibrefit.study.summaries.part import Variable
 
 MOST_STEPS = 400
 """Steps of which the traces are kept, evenly over the run: more than can be distinguished in a figure."""

@@ -11,8 +11,7 @@ from fibrefit.sampling.evidence import Mode
 from fibrefit.sampling.nuts import CrossCheck
 from fibrefit.sampling.posterior import INTERVAL_KIND, Marginal, Posterior
 from fibrefit.sampling.predict import LEFT_OUT_SECONDS, CrossValidation, block_index, blockwise, usual_log_density
-from fibrefit.store.hdf5 import Variable
-from fibrefit.study.summaries.part import Measure
+from fibrefit.study.summaries.part import Measure, Variable
 from fibrefit.study.summaries.results import (
     CrossCheckSummary,
     CrossValidationSummary,

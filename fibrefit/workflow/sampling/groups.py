@@ -8,7 +8,7 @@ import numpy as np
 
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.predict import LEVELS, Bands
-from fibrefit.store.hdf5 import Variable
+from fibrefit.study.summaries.part import Variable
 from fibrefit.workflow.groups_in_common import (
     BY_SAMPLE,
     conditions_by_name,

@@ -32,7 +32,7 @@ from fibrefit.workflow.sampling.start import CHAINS, begin, digest_of
 
 if TYPE_CHECKING:
     from fibrefit.plots.figures import Figures
-    from fibrefit.store.hdf5 import Variable
+    from fibrefit.study.summaries.part import Variable
 
 BUDGET = ("max_steps", "max_seconds", "checkpoint_seconds", "threads", "r_hat", "r_hat_walkers", "ess", "interval")
 """Settings that say when a run ends and what is reported of it: a run may go on with others."""

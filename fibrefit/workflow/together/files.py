@@ -12,11 +12,11 @@ from fibrefit.problem import GAP_OF_NOISE
 from fibrefit.series.meta_analysis import Quantity
 from fibrefit.series.speed_laws import BY_EFFECT, parameter_of
 from fibrefit.series.speed_models import LawCurve, Verdict
-from fibrefit.store.hdf5 import Variable
 from fibrefit.study import Study
 from fibrefit.study.parameters import ParameterTable, with_initial
 from fibrefit.study.summaries import series as s
 from fibrefit.study.summaries.check import Check
+from fibrefit.study.summaries.part import Variable
 from fibrefit.study.summaries.results import ParameterSummary
 from fibrefit.workflow.thresholds import DECIDED
 from fibrefit.workflow.together.conditions import by_record

@@ -34,7 +34,7 @@ from fibrefit.workflow.together.words import answer_in_words
 if TYPE_CHECKING:
     import pandas as pd
 
-    from fibrefit.store.hdf5 import Variable
+    from fibrefit.study.summaries.part import Variable
 
 
 @dataclass(frozen=True, repr=False)
