@@ -7,7 +7,7 @@ import enum
 import functools
 import hashlib
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path, PurePath
 from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import Any
@@ -27,20 +27,6 @@ DEEPEST = 60
 
 class NotDescribedError(Exception):
     """A value has no description that means the same in another process."""
-
-
-def resolve_class(name: str) -> Any:
-    """Class of this package from its description.
-
-    Raises
-    ------
-    NotDescribedError
-        If it is none of this package.
-    """
-    module, _, path = name.partition(":")
-    if module.partition(".")[0] != "fibrefit":
-        raise NotDescribedError(name)
-    return _at(module, path)
 
 
 def source_digest() -> str:
@@ -100,13 +86,15 @@ def _describe_all(values: Any, depth: int) -> str:
     return ", ".join(fingerprint(value, depth) for value in values)
 
 
-@functools.cache
-def _named(thing: Any) -> str:
+def _name(thing: Any) -> str:
     """Module and name of a class or function that is found there again."""
     module, path = thing.__module__ or "", thing.__qualname__
     if module.partition(".")[0] not in FAMILIAR or _at(module, path) is not thing:
         raise NotDescribedError(f"{module}:{path}")
     return f"{module}:{path}"
+
+
+_named: Callable[[Any], str] = functools.cache(_name)
 
 
 def _at(module: str, path: str) -> Any:

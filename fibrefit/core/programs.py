@@ -17,6 +17,7 @@ import gc
 import hashlib
 import json
 import os
+import pickle
 import platform
 import sys
 import threading
@@ -36,7 +37,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.environment import own_folder, versions
-from fibrefit.core.fingerprint import NotDescribedError, fingerprint, resolve_class, source_digest
+from fibrefit.core.fingerprint import NotDescribedError, fingerprint, source_digest
 from fibrefit.core.threads import UNWAITED
 
 R = TypeVar("R")
@@ -202,7 +203,7 @@ class KeptProgram(Generic[R]):
             if not fresh and not seen.exists():
                 seen.touch()
         if fresh:
-            _save(file, compiled, structure[0], len(arrays))
+            _save(file, compiled, structure[0])
         return _program(compiled, structure[0])
 
 
@@ -294,13 +295,9 @@ def _loaded(file: Path) -> Program | None:
     from jax.experimental.serialize_executable import deserialize_and_load
 
     try:
-        head, _, payload = file.read_bytes().partition(b"\n")
-        content = json.loads(head)
+        *program, skeleton = pickle.loads(file.read_bytes())
         _bind_lapack()
-        inputs = jax.tree.structure((tuple(range(content["inputs"])), {}))
-        skeleton = _built(content["result"])
-        outputs = jax.tree.structure(list(range(len(jax.tree.leaves(skeleton)))))
-        compiled = deserialize_and_load(payload, inputs, outputs)
+        compiled = deserialize_and_load(*program)
         os.utime(file)
     except FileNotFoundError:
         return None
@@ -324,18 +321,17 @@ def _bind_lapack() -> None:
         jax.jit(jax.lax.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), float))
 
 
-def _save(file: Path, compiled: Any, skeleton: Any, inputs: int) -> None:
+def _save(file: Path, compiled: Any, skeleton: Any) -> None:
     """Keep a program, if it is one of those that can be kept."""
     from jax.experimental.serialize_executable import serialize
 
     try:
-        head = json.dumps({"inputs": inputs, "result": _description(skeleton)})
-        payload, _, _ = serialize(compiled)
-    except (NotDescribedError, NotImplementedError, ValueError, TypeError):
+        content = pickle.dumps((*serialize(compiled), skeleton))
+    except (pickle.PicklingError, AttributeError, NotImplementedError, ValueError, TypeError):
         return
     temporary = file.with_suffix(f".{os.getpid()}.{threading.get_ident()}")
     try:
-        temporary.write_bytes(head.encode() + b"\n" + payload)
+        temporary.write_bytes(content)
         os.replace(temporary, file)
         _trim(file.parent)
     except OSError:
@@ -348,30 +344,6 @@ def _trim(folder: Path) -> None:
     if len(files) > MOST_ON_DISK:
         for old in sorted(files, key=lambda path: path.stat().st_mtime)[: len(files) - MOST_ON_DISK]:
             old.unlink(missing_ok=True)
-
-
-def _description(skeleton: Any) -> Any:
-    """Structure of a result as JSON; leaves are their numbers."""
-    if skeleton is None or type(skeleton) is int:
-        return skeleton
-    if isinstance(skeleton, dict):
-        return {"dict": [[key, _description(value)] for key, value in skeleton.items()]}
-    if isinstance(skeleton, tuple) and hasattr(skeleton, "_fields"):
-        return {"named": fingerprint(type(skeleton)), "of": [_description(part) for part in skeleton]}
-    if isinstance(skeleton, tuple | list):
-        return {type(skeleton).__name__: [_description(part) for part in skeleton]}
-    raise NotDescribedError(type(skeleton).__name__)
-
-
-def _built(content: Any) -> Any:
-    if not isinstance(content, dict):
-        return content
-    if "named" in content:
-        return resolve_class(content["named"])(*map(_built, content["of"]))
-    ((kind, parts),) = content.items()
-    if kind == "dict":
-        return {key: _built(value) for key, value in parts}
-    return (tuple if kind == "tuple" else list)(map(_built, parts))
 
 
 def bound_programs() -> bool:

@@ -156,7 +156,7 @@ def expression(text: str) -> str | None:
 @functools.cache
 def _in_base_units(text: str) -> tuple[float, str] | None:
     """Factor to base units and a text of the dimension; None where the unit is not known."""
-    written = expression("1" if text == "-" else text)
+    written = expression(text)
     return None if written is None else USUAL.get(written) or _by_registry(written)
 
 
@@ -259,7 +259,7 @@ def product_in(first: str, second: str, si: str) -> float | None:
     float or None
         Multiplier, exact to rounding.
     """
-    written = [expression("1" if unit == "-" else unit) for unit in (first, second)]
+    written = [expression(unit) for unit in (first, second)]
     wanted = _in_base_units(si)
     if wanted is None or None in written:
         return None
@@ -394,7 +394,7 @@ class Scale:
         value, spread, unit = stated[0], stated[1], stated[2] or "-"
         if not (math.isfinite(value) and math.isfinite(spread)) or value == 0 or spread < 0:
             raise error(where, f'scale "{text}"', f"{expected}; neither zero nor infinite", "")
-        if expression("1" if unit == "-" else unit) is None:
+        if expression(unit) is None:
             do = "Counts have no unit: write what one of them is worth."
             raise error(where, f'unit "{unit}" of the scale "{text}"', "a known unit, such as N/V, N/A or um", do)
         return cls(value, spread, unit, str(text).strip())

@@ -110,8 +110,8 @@ def read_result(path: Path) -> tuple[dict[str, dict[str, Variable]], dict[str, A
                 )
                 for name, group in file.items()
             }
-            plain = lambda value: value.item() if isinstance(value, np.generic) else value  # noqa: E731
-            attributes = {name: plain(value) for name, value in file.attrs.items()}
+            stated = file.attrs.items()
+            attributes = {name: one.item() if isinstance(one, np.generic) else one for name, one in stated}
             return _Stored(str(path), "group", groups), attributes
     except OSError as error:
         raise DataError(str(path), str(error).splitlines()[0], "a result.h5 of fibrefit", "") from None
@@ -178,11 +178,10 @@ def _read_variable(dataset: h5py.Dataset) -> Variable:
 
     is_text = h5py.check_string_dtype(dataset.dtype) is not None
     values = np.asarray(dataset.asstr()[()] if is_text else dataset[()])
-    attributes = {name: dataset.attrs[name] for name in ("units", "long_name", "dtype") if name in dataset.attrs}
-    if attributes.get("dtype") == "bool":
+    if dataset.attrs.get("dtype") == "bool":
         values = values.astype(bool)
     if dataset.is_scale:
         dims: tuple[str, ...] = (dataset.name.rpartition("/")[2],)
     else:
         dims = tuple(axis[0].name.rpartition("/")[2] for axis in dataset.dims)
-    return Variable(values, dims, attributes.get("units", "-"), attributes.get("long_name", ""))
+    return Variable(values, dims, dataset.attrs.get("units", "-"), dataset.attrs.get("long_name", ""))

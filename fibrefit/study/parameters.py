@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StrictBool, StrictFloat, StrictStr
-from pydantic_core import PydanticCustomError
 
 from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import Mistakes, StudyError
@@ -197,11 +196,7 @@ def setting_of(name: str, table: ParameterTable, unit: str, locate: Callable[[st
         """Number in `unit`: a bare one for a pure number, else text with a unit."""
         if unit == "-" and isinstance(written, float):
             return written
-        try:
-            return quantity_in(written, unit, "0.05" if unit == "-" else f"1 {unit}")
-        except PydanticCustomError as error:
-            context = error.context or {}
-            raise StudyError(locate(f".{key}"), context["got"], context["expected"], context["do"]) from None
+        return quantity_in(written, unit, "0.05" if unit == "-" else f"1 {unit}", locate(f".{key}"))
 
     initial, lower, upper, prior = None, None, None, None
     with Mistakes(locate("")) as mistakes:

@@ -21,7 +21,7 @@ from pydantic import (
 from pydantic.fields import FieldInfo
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from fibrefit.core.errors import FibrefitError
+from fibrefit.core.errors import StudyError
 from fibrefit.core.formatting import format_quantity
 from fibrefit.core.limits import LARGEST_SIZE, SMALLEST_SIZE
 from fibrefit.core.units import IN_PERCENT, NOT_IN_PERCENT, in_percent, parse_quantity, uncertain
@@ -80,7 +80,10 @@ class Unit:
 
     def read(self, value: Any) -> float:
         """Number in SI from what a file holds; a pydantic error with a reason otherwise."""
-        number = quantity_in(value, self.si, self.example)
+        try:
+            number = quantity_in(value, self.si, self.example)
+        except StudyError as error:
+            raise refusal(error.got, error.expected, error.do) from None
         below = number < self.lower or (number == self.lower and not self.lower_allowed)
         if below or number > self.upper:
             expected = f"a value {'of at least' if self.lower_allowed else 'above'} {self.lower:g} {self.si}"
@@ -108,7 +111,7 @@ def field_unit(field: FieldInfo) -> Unit | None:
     return None
 
 
-def quantity_in(value: Any, unit: str, example: str) -> float:
+def quantity_in(value: Any, unit: str, example: str, where: str = "value") -> float:
     """Number in `unit` from a quantity written as text.
 
     Parameters
@@ -119,31 +122,29 @@ def quantity_in(value: Any, unit: str, example: str) -> float:
         SI unit wanted.
     example : str
         A quantity that would have been accepted, for the message.
+    where : str
+        File and key the message is to name.
 
     Raises
     ------
-    pydantic_core.PydanticCustomError
+    StudyError
         If `value` is not text, carries no unit or the wrong one, or is not finite.
     """
+    expected = f'a quantity such as "{example}"'
     if isinstance(value, bool | int | float):
-        raise refusal(
-            f"{quoted(value)} without a unit", f'a quantity such as "{example}"', "Write it as text with its unit."
-        )
+        raise StudyError(where, f"{quoted(value)} without a unit", expected, "Write it as text with its unit.")
     if not isinstance(value, str):
-        raise refusal(f"{quoted(value)} is not a quantity", f'text such as "{example}"', "")
+        raise StudyError(where, f"{quoted(value)} is not a quantity", f'text such as "{example}"', "")
     if in_percent(value):
-        raise refusal(f"{quoted(value)}: {IN_PERCENT}", f'a quantity such as "{example}"', NOT_IN_PERCENT)
+        raise StudyError(where, f"{quoted(value)}: {IN_PERCENT}", expected, NOT_IN_PERCENT)
     if uncertain(value):
         do = f'Under [rig], or as prior = "{value}" of a parameter, it is a prior; elsewhere leave the uncertainty out.'
-        raise refusal(f"{quoted(value)}, with an uncertainty", f'a quantity such as "{example}"', do)
-    try:
-        number = parse_quantity(value, unit)
-    except FibrefitError as error:
-        raise refusal(error.got, error.expected or f'a quantity such as "{example}"', error.do) from None
+        raise StudyError(where, f"{quoted(value)}, with an uncertainty", expected, do)
+    number = parse_quantity(value, unit, where)
     if not math.isfinite(number):
-        raise refusal(f'"{value}" is not finite', f'a quantity such as "{example}"', "")
+        raise StudyError(where, f'"{value}" is not finite', expected, "")
     if abs(number) > LARGEST_SIZE:
-        raise refusal(f"{quoted(value)} is out of range", f"at most {LARGEST_SIZE:g} {unit}", CHECK_IT)
+        raise StudyError(where, f"{quoted(value)} is out of range", f"at most {LARGEST_SIZE:g} {unit}", CHECK_IT)
     return number
 
 

@@ -10,9 +10,9 @@ from contextlib import suppress
 from typing import Any, Literal, Self
 
 from pydantic import Field, JsonValue, StrictStr, model_validator
-from pydantic_core import PydanticCustomError
 
 from fibrefit.core.declarations import ROLES
+from fibrefit.core.errors import StudyError
 from fibrefit.core.formatting import Card, Shown, format_quantity
 from fibrefit.core.units import uncertain
 from fibrefit.study.quantity import (
@@ -147,9 +147,8 @@ class RecordTable(Shown, StudyTable):
                 raise refusal(f"the uncertainty of {quoted(name)}", f"a condition: {', '.join(known)}", "")
             try:
                 error = quantity_in(said, known[name].si, known[name].example)
-            except PydanticCustomError as caught:
-                context = caught.context or {}
-                raise refusal(f"uncertainty of {name}: {context['got']}", context["expected"], context["do"]) from None
+            except StudyError as caught:
+                raise refusal(f"uncertainty of {name}: {caught.got}", caught.expected, caught.do) from None
             if error < 0.0:
                 raise refusal(f"{quoted(said)} as the uncertainty of {name}", "a positive one", "")
         return self

@@ -43,16 +43,14 @@ def _key(key: str) -> str:
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _text(key)
 
 
-def _text(text: str) -> str:
-    # JSON and TOML agree on basic strings, but for one control character that TOML wants escaped.
+def _text(text: str | bool) -> str:
+    # JSON and TOML agree on truth and on basic strings, but for one control character that TOML wants escaped.
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _value(value: Any) -> str:
-    if isinstance(value, str):
+    if isinstance(value, str | bool):
         return _text(value)
-    if isinstance(value, bool):
-        return "true" if value else "false"
     if isinstance(value, int | float):
         return repr(value)
     if isinstance(value, date | time):
