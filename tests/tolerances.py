@@ -19,8 +19,13 @@ PAGE = "what has room on a page or in a line; the whole stands in the result"
 REASONS: dict[str, dict[str, str]] = {
     "core.errors": {"MOST_TOLD": PAGE, "LONGEST": PAGE, "LIKE": HINT, "_BEGINNING": HINT},
     "core.paths": {"_LONGEST": PAGE, "_LONGEST_END": FORM},
-    "core.programs": {"MOST_PROGRAMS": WORK, "MOST_ON_DISK": WORK, "SETTLED_SECONDS": WORK, "MOST_IN_MEMORY": WORK},
-    "core.fingerprint": {"DEEPEST": WORK},
+    "core.programs": {
+        "MOST_PROGRAMS": WORK,
+        "MOST_ON_DISK": WORK,
+        "SETTLED_SECONDS": WORK,
+        "MOST_IN_MEMORY": WORK,
+        "DEEPEST": WORK,
+    },
     "core.formatting": {"100.0": PAGE, "10.0": PAGE, "0.0001": PAGE, "10000000.0": PAGE, "1e-12": ROUNDING},
     "discovery.engine.candidates": {"MANY": STEP, "RETIMED": STEP},
     "discovery.laws.relaxation": {"UNSEEN": ROUNDING},

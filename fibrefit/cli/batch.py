@@ -7,8 +7,7 @@ from typing import Any
 import click
 
 from fibrefit.cli.options import FILE_NAME, OF_RESULT, RIG, ROBUST, TRUST_OPTION, check_trust, option, plain_command
-from fibrefit.cli.progress import progress_display
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, progress_display
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import MOST_STARTS
 

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fibrefit.cli.options import Request, duration, option, study_command
-from fibrefit.cli.progress import progress_display
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed, say
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, as_typed, progress_display, say
 from fibrefit.core.errors import did_you_mean
 from fibrefit.core.limits import Progress
 from fibrefit.core.paths import FIGURES

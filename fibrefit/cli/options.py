@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from fibrefit.cli.progress import progress_display
-from fibrefit.cli.terminal import Terminal
+from fibrefit.cli.terminal import Terminal, progress_display
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import LARGEST_SEED
 from fibrefit.core.paths import FIGURES, figure_formats, nearest_file, refuse_no_text, sha256_of, shown_path

@@ -8,8 +8,7 @@ from typing import Any
 import click
 
 from fibrefit.cli.options import Request, option, study_command
-from fibrefit.cli.progress import progress_display
-from fibrefit.cli.terminal import NOT_TRUSTED, Terminal
+from fibrefit.cli.terminal import NOT_TRUSTED, Terminal, progress_display
 from fibrefit.sampling.settings import AS_A_FIT, NOISE_KINDS
 
 

@@ -9,11 +9,10 @@ from pathlib import Path
 import pytest
 from click.shell_completion import ShellComplete
 
-from fibrefit.cli import progress
+from fibrefit.cli import terminal
 from fibrefit.cli.main import group
 from fibrefit.cli.options import study_from
-from fibrefit.cli.progress import progress_display
-from fibrefit.cli.terminal import Terminal
+from fibrefit.cli.terminal import Terminal, progress_display
 from fibrefit.core.errors import UsageError
 
 GIVEN = ("rig.weight_mass=3 kg", "rig.inclination=90 deg")
@@ -85,8 +84,8 @@ def test_where_no_person_looks_a_line_now_and_then_says_where_the_work_stands(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A line each half a minute; here a hundredth of a second stands for that."""
-    assert progress.EVERY == 30.0
-    monkeypatch.setattr(progress, "EVERY", 0.01)
+    assert terminal.EVERY == 30.0
+    monkeypatch.setattr(terminal, "EVERY", 0.01)
     with progress_display(Terminal()) as follow:
         follow("trying fibre.mass", 0.5)
         until = time.monotonic() + 10.0

@@ -19,8 +19,7 @@ import pytest
 
 from fibrefit.core import programs, threads
 from fibrefit.core.declarations import Parameter
-from fibrefit.core.fingerprint import NotDescribedError, fingerprint
-from fibrefit.core.programs import KeptProgram, column_products
+from fibrefit.core.programs import KeptProgram, NotDescribedError, column_products, fingerprint
 from fibrefit.core.threads import thread_pool
 
 
@@ -43,7 +42,9 @@ def fresh(traced: list[int]) -> KeptProgram[Any]:
 @pytest.fixture
 def told(monkeypatch: pytest.MonkeyPatch) -> None:
     """A function of a test has no stable name: its arguments are told alone."""
-    monkeypatch.setattr(programs, "fingerprint", lambda value: fingerprint(value[1:]))
+    monkeypatch.setattr(
+        programs, "fingerprint", lambda value, depth=0: fingerprint(value if depth else value[1:], depth)
+    )
 
 
 @pytest.mark.usefixtures("told", "folder")

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError
-from fibrefit.core.fingerprint import fingerprint
+from fibrefit.core.programs import fingerprint
 from fibrefit.laws.catalogue import CATALOGUE, find_effect, select_effects, suits
 from fibrefit.laws.families import members
 from fibrefit.laws.fibre.point_masses import point_masses

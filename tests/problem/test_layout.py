@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fibrefit.core.arrays import assembled, gathered
-from fibrefit.core.fingerprint import fingerprint
 from fibrefit.core.matrices import least_squares
+from fibrefit.core.programs import fingerprint
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 
 RECORDS = ("a.csv", "b.csv", "c.csv")

@@ -17,8 +17,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fibrefit.cli.progress import stop_requested
-from fibrefit.cli.terminal import Terminal
+from fibrefit.cli.terminal import Terminal, stop_requested
 from fibrefit.core import environment, programs
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,9 +10,9 @@ import pytest
 from fibrefit.core.declarations import KINDS
 from fibrefit.core.errors import StudyError
 from fibrefit.study import Study, load_study
+from fibrefit.study.load import DIMENSIONLESS
 from fibrefit.study.quantity import Unit
 from fibrefit.study.rigs import study_type
-from fibrefit.study.series import DIMENSIONLESS
 from tests.study.conftest import TEXT, Loader
 
 HEAD = TEXT[: TEXT.index("[[records]]")].replace("name =", 'records = "series.csv"\nname =')
