@@ -65,15 +65,6 @@ from fibrefit.problem.linear_model.view import (
     with_best_input_errors,
 )
 from fibrefit.problem.noise.coloured import BlockFilter, in_blocks
-from fibrefit.problem.noise.kinds import KINDS, OF_A_FIT
-from fibrefit.problem.noise.level_shifts import LevelShift, joint_probability, level_shifts, without_shifts
-from fibrefit.problem.noise.likelihood import (
-    TAIL_START,
-    Likelihood,
-    NoiseModel,
-    choose_noise_model,
-    downweighted_likelihood,
-)
 from fibrefit.problem.noise.readings import unbroken
 from fibrefit.problem.noise.rounding import same_noise, with_noise_before_rounding, with_steps
 from fibrefit.problem.noise.spectrum import (
@@ -89,45 +80,30 @@ from fibrefit.problem.noise.whitening import (
     Levelled,
     Whitening,
     innovations,
-    least_squares_step,
-    linearised_after_step,
     unit_of,
 )
 from fibrefit.problem.noise.whittle import noise_of_residuals, noise_of_steps, whitening_of
-from fibrefit.problem.posterior.log_posterior import (
-    Conditional,
-    InputEffects,
-    LogPosterior,
-    Mixture,
-    RandomEffects,
-    noise_priors,
-)
-from fibrefit.problem.posterior.prior import Density, Prior, Priors
-from fibrefit.problem.statement.layout import Belief, Layout, Range, Slot
-from fibrefit.problem.statement.observations import LENGTH_STEP, Observations, Steps
+from fibrefit.problem.statement.layout import Belief, Layout, Range, Slot, normal_equations
+from fibrefit.problem.statement.observations import LENGTH_STEP, Observations, Steps, log_probability
 from fibrefit.problem.statement.problem import Linearised, Problem
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import BALANCE, BESIDE_MAINS, CLEAR, GAP_OF_NOISE, LAST_LEVEL_RATIO, STANDING, UNLIKELY
 
 # fmt: off
 __all__ = [
-    "BALANCE", "BESIDE_MAINS", "CLEAR", "DIFFERENCE_STEP", "DRAWS_OF_ERRORS", "GAP_OF_NOISE", "INSIDE_95", "KINDS",
-    "LAST_LEVEL_RATIO", "LENGTH_STEP", "MAINS", "NOTICEABLE_FALL", "OF_A_FIT", "ROUGH_TOLERANCE", "SIGMA_LEVELS",
-    "STANDING", "TAIL_START", "UNLIKELY", "Arrowhead", "Belief", "BlockFilter", "Conditional", "Density", "Effort",
-    "ForceBalance", "Gram", "Gravity", "HausmanTest", "InputCoefficients", "InputEffects", "InputErrors",
-    "InputSensitivities", "Lag", "Layout", "LevelShift", "Levelled", "Likelihood", "Linearised", "LogPosterior",
-    "MarginalLikelihood", "Mixture", "Motion", "Noise", "NoiseModel", "Observations", "Place", "PosteriorMode",
-    "Prior", "Priors", "Problem", "RandomEffects", "Range", "ResidualSet", "ScoreTest", "Slot", "StepLikelihood",
-    "Steps", "Task", "Unknowns", "View", "Whitening", "antithetic_draws", "better_minima", "choose_noise_model",
-    "cleaned_inputs", "corrected", "downweighted", "downweighted_likelihood", "downweights", "error_rms",
+    "BALANCE", "BESIDE_MAINS", "CLEAR", "DIFFERENCE_STEP", "DRAWS_OF_ERRORS", "GAP_OF_NOISE", "INSIDE_95",
+    "LAST_LEVEL_RATIO", "LENGTH_STEP", "MAINS", "NOTICEABLE_FALL", "ROUGH_TOLERANCE", "SIGMA_LEVELS", "STANDING",
+    "UNLIKELY", "Arrowhead", "Belief", "BlockFilter", "Effort", "ForceBalance", "Gram", "Gravity", "HausmanTest",
+    "InputCoefficients", "InputErrors", "InputSensitivities", "Lag", "Layout", "Levelled", "Linearised",
+    "MarginalLikelihood", "Motion", "Noise", "Observations", "Place", "PosteriorMode", "Problem", "Range",
+    "ResidualSet", "ScoreTest", "Slot", "StepLikelihood", "Steps", "Task", "Unknowns", "View", "Whitening",
+    "antithetic_draws", "better_minima", "cleaned_inputs", "corrected", "downweighted", "downweights", "error_rms",
     "expanded", "first_size", "force_and_position_exchanged", "formulate", "formulate_planned", "gaussian_draws",
-    "half_weights", "in_blocks", "innovations", "input_errors", "instant_weights", "joint_probability",
-    "laplace_evidence", "least_squares_step", "level_of", "level_shifts", "linearised_after_step",
-    "mixture_quantile", "mode", "no_errors", "noise_of_residuals", "noise_of_steps", "noise_priors",
-    "parameter_slots", "periodogram", "products_of_spectra", "record_wise_start", "refuse_contradictory",
-    "same_noise", "samples_about", "sensitivities_of", "stated_numbers", "step_likelihood", "trace_of", "unbroken",
-    "unit_of", "weighted_sensitivities", "whitened_sensitivities", "whitening_of", "whittle",
+    "half_weights", "in_blocks", "innovations", "input_errors", "instant_weights", "laplace_evidence", "level_of",
+    "log_probability", "mixture_quantile", "mode", "no_errors", "noise_of_residuals", "noise_of_steps",
+    "normal_equations", "parameter_slots", "periodogram", "products_of_spectra", "record_wise_start",
+    "refuse_contradictory", "same_noise", "samples_about", "sensitivities_of", "stated_numbers", "step_likelihood",
+    "trace_of", "unbroken", "unit_of", "weighted_sensitivities", "whitened_sensitivities", "whitening_of", "whittle",
     "with_best_input_errors", "with_noise_before_rounding", "with_steps", "without_input_errors", "without_lines",
-    "without_shifts",
 ]
 # fmt: on

@@ -37,8 +37,6 @@ CROSSED = 2.5
 crossed by noise alone, while rounding is an offset. Noise of `COARSE_STEPS`, the most there is, ranges over 4.1 of its
 standard deviations in 32 samples, two steps. Of 24 channels with noise of a fifth of a step it is found to be 0.31 to
 0.38 steps so, 0.44 in one, where it is 0.35."""
-WIDE_PRIOR = 10.0
-"""Default priors reach this many times the typical size of a parameter; limits that are no wider are a uniform one."""
 NEGLIGIBLE_PART = 1e-4
 """Share of the variance below which a first-order part is left out."""
 GROWS = 3.0

@@ -16,7 +16,7 @@ from emcee import EnsembleSampler, State
 from emcee.moves import DEMove, MHMove, StretchMove
 
 from fibrefit.core.errors import UsageError
-from fibrefit.problem import Prior
+from fibrefit.sampling.density.prior import Prior
 from fibrefit.sampling.mode import Approximation
 from fibrefit.sampling.settings import Settings
 

@@ -22,17 +22,12 @@ import numpy as np
 from fibrefit.core.arrays import assembled
 from fibrefit.core.matrices import pseudo_inverse
 from fibrefit.problem import (
-    Conditional,
     HausmanTest,
     InputCoefficients,
-    InputEffects,
     InputErrors,
     Layout,
-    LogPosterior,
     MarginalLikelihood,
-    Mixture,
     Problem,
-    RandomEffects,
     Task,
     Unknowns,
     View,
@@ -43,12 +38,12 @@ from fibrefit.problem import (
     innovations,
     input_errors,
     laplace_evidence,
-    least_squares_step,
-    linearised_after_step,
     no_errors,
     record_wise_start,
     sensitivities_of,
 )
+from fibrefit.sampling.density.filters import least_squares_step, linearised_after_step
+from fibrefit.sampling.density.log_posterior import Conditional, InputEffects, LogPosterior, Mixture, RandomEffects
 from fibrefit.study.summaries.results import BetweenRecordsSummary
 
 ROWS = 32

@@ -21,7 +21,8 @@ from fibrefit.core.arrays import assembled
 from fibrefit.core.errors import StudyError, UsageError
 from fibrefit.core.matrices import equilibrated, scale_of
 from fibrefit.core.programs import column_products
-from fibrefit.problem import Conditional, LogPosterior, Prior
+from fibrefit.sampling.density.log_posterior import Conditional, LogPosterior
+from fibrefit.sampling.density.prior import Prior
 
 MOST_STEPS = 100
 """Of a search, half of them in vain where it begins among other bounces: one that needs more is given up."""

@@ -14,8 +14,8 @@ import numpy as np
 
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import Progress
-from fibrefit.problem import LogPosterior
 from fibrefit.sampling.chains import effective_draws, mixing
+from fibrefit.sampling.density.log_posterior import LogPosterior
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import DIFFERS, NUTS_R_HAT, OVERLOOKED
 from fibrefit.study.summaries.check import Check

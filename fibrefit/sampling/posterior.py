@@ -8,8 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fibrefit.core.declarations import Statement
-from fibrefit.problem import HausmanTest, LogPosterior, NoiseModel, Prior, Priors
+from fibrefit.problem import HausmanTest
 from fibrefit.sampling.chains import ChainHistory, Target
+from fibrefit.sampling.density.likelihood import NoiseModel
+from fibrefit.sampling.density.log_posterior import LogPosterior
+from fibrefit.sampling.density.prior import Prior, Priors
 from fibrefit.sampling.evidence import Evidence, Mode
 from fibrefit.sampling.latent import Deviations, DrawnInputs
 from fibrefit.sampling.settings import Settings

@@ -13,7 +13,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem import Likelihood, LogPosterior, unit_of
+from fibrefit.problem import unit_of
+from fibrefit.sampling.density.likelihood import Likelihood
+from fibrefit.sampling.density.log_posterior import LogPosterior
 from fibrefit.sampling.latent import DrawnInputs, records_at, whitened_residuals
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import PARETO_K

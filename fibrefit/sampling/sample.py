@@ -17,28 +17,16 @@ import numpy as np
 from fibrefit.core.errors import StudyError
 from fibrefit.problem import (
     DRAWS_OF_ERRORS,
-    OF_A_FIT,
-    TAIL_START,
-    Density,
     InputCoefficients,
     Levelled,
-    Likelihood,
     Linearised,
-    LogPosterior,
-    NoiseModel,
-    Prior,
-    Priors,
     Problem,
     Task,
     View,
-    choose_noise_model,
     corrected,
-    downweighted_likelihood,
     input_errors,
-    least_squares_step,
     level_of,
     noise_of_residuals,
-    noise_priors,
     unit_of,
     with_noise_before_rounding,
     with_steps,
@@ -46,6 +34,17 @@ from fibrefit.problem import (
 from fibrefit.sampling import latent
 from fibrefit.sampling.chains import SamplerProgress, Target
 from fibrefit.sampling.checks import assess, residual_size
+from fibrefit.sampling.density.filters import least_squares_step
+from fibrefit.sampling.density.kinds import OF_A_FIT
+from fibrefit.sampling.density.likelihood import (
+    TAIL_START,
+    Likelihood,
+    NoiseModel,
+    choose_noise_model,
+    downweighted_likelihood,
+)
+from fibrefit.sampling.density.log_posterior import LogPosterior, noise_priors
+from fibrefit.sampling.density.prior import Density, Prior, Priors
 from fibrefit.sampling.evidence import distinct, sample_modes
 from fibrefit.sampling.latent import Deviations
 from fibrefit.sampling.mode import find_mode

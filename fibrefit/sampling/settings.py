@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from fibrefit.core.errors import UsageError
 from fibrefit.core.limits import refuse_seed
 from fibrefit.core.threads import THREADS
-from fibrefit.problem import KINDS
+from fibrefit.sampling.density.kinds import KINDS
 from fibrefit.sampling.thresholds import FEWEST_ENSEMBLES
 
 AS_A_FIT = "fit"

@@ -49,3 +49,5 @@ normal posterior that it cuts there lacks 2 % of its draws."""
 PARETO_K = 0.7
 """Pareto's k above which a block's importance weights cannot be relied on (Vehtari, Gelman and Gabry, Statistics and
 Computing 27 (2017))."""
+WIDE_PRIOR = 10.0
+"""Default priors reach this many times the typical size of a parameter; limits that are no wider are a uniform one."""

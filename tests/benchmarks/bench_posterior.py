@@ -18,9 +18,9 @@ import numpy as np
 import pytest
 from emcee import EnsembleSampler
 
-from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
-from fibrefit.problem.posterior.prior import Density, Priors
 from fibrefit.problem.task import Task
+from fibrefit.sampling.density.log_posterior import LogPosterior, noise_priors
+from fibrefit.sampling.density.prior import Density, Priors
 from fibrefit.sampling.sample import (
     ChainStart,
     PosteriorRequest,

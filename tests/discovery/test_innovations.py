@@ -13,6 +13,7 @@ from fibrefit.core.declarations import Statement
 from fibrefit.discovery import conclusion
 from fibrefit.discovery.engine.supermodel import STRETCHES
 from fibrefit.discovery.engine.thresholds import ALARM, CONTRADICTED
+from fibrefit.discovery.level_shifts import LevelShift
 from fibrefit.discovery.residuals import innovations
 from fibrefit.discovery.residuals.innovations import (
     FEWEST_ORDINATES,
@@ -27,7 +28,6 @@ from fibrefit.discovery.residuals.innovations import (
     against_rest,
 )
 from fibrefit.discovery.search import setup
-from fibrefit.problem.noise.level_shifts import LevelShift
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.report.sentences.discovery import discovery_sentence
 from fibrefit.rigs.signals.rest import rests

@@ -12,12 +12,12 @@ from scipy.linalg import toeplitz
 
 from fibrefit.problem.estimate.gls import HausmanTest
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
-from fibrefit.problem.noise.autoregressive import Autoregressive
-from fibrefit.problem.noise.whitening import White, Whitening
+from fibrefit.problem.noise.whitening import Whitening
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import UNLIKELY
+from fibrefit.sampling.density.filters import Autoregressive, White
 
 SAMPLES, WAVES = 40, 6
 EXACT = 1e-4

@@ -9,23 +9,23 @@ import pytest
 import scipy.stats
 from scipy.linalg import toeplitz
 
-from fibrefit.problem.noise.autoregressive import Autoregressive, order_and_covariance
 from fibrefit.problem.noise.coloured import BLOCK, HALF_WIDTH_OF_LINE, LINES, Coloured, bank_of, coloured_of, in_blocks
-from fibrefit.problem.noise.likelihood import (
+from fibrefit.problem.noise.spectrum import MAINS, Noise
+from fibrefit.problem.noise.whitening import Whitening
+from fibrefit.problem.statement.observations import Steps, Trace, stack, step_residuals
+from fibrefit.problem.statement.problem import Linearised
+from fibrefit.problem.task import Task
+from fibrefit.report.sentences.posterior import likelihood_sentence
+from fibrefit.sampling.density.filters import Autoregressive, White, order_and_covariance
+from fibrefit.sampling.density.likelihood import (
     Likelihood,
     NoiseModel,
     choose_noise_model,
     downweighted_likelihood,
     likelihood_of,
 )
-from fibrefit.problem.noise.spectrum import MAINS, Noise
-from fibrefit.problem.noise.whitening import White, Whitening
-from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
-from fibrefit.problem.posterior.prior import Density, Priors
-from fibrefit.problem.statement.observations import Steps, Trace, stack, step_residuals
-from fibrefit.problem.statement.problem import Linearised
-from fibrefit.problem.task import Task
-from fibrefit.report.sentences.posterior import likelihood_sentence
+from fibrefit.sampling.density.log_posterior import LogPosterior, noise_priors
+from fibrefit.sampling.density.prior import Density, Priors
 from tests.sampling.drops import fitted, series, task_of
 
 EXACT = 1e-9

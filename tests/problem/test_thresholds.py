@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import numpy as np
@@ -22,7 +22,6 @@ from fibrefit.problem.inputs import errors_in_variables, smoothing
 from fibrefit.problem.linear_model import unknowns
 from fibrefit.problem.noise import readings, whittle
 from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.posterior import prior
 from fibrefit.problem.statement import observations
 from fibrefit.problem.statement.layout import Range, Slot
 from fibrefit.rigs.catalogue import rig_of
@@ -264,14 +263,6 @@ def crossing(steps: float) -> bool:
     return readings.noise_in_motion([Trace("a", np.arange(320.0), {"force": rising}, {}, {})], "force", 1.0) > 0.0
 
 
-def uniform(width: float) -> bool:
-    """Whether a value is as likely anywhere between limits so far from each other, in typical sizes."""
-    found = prior.default_prior(
-        cast(Any, SimpleNamespace(reciprocal=False, null=0.0)), Range(-0.5 * width, 0.5 * width, 1.0)
-    )
-    return not np.isfinite(found.spread)
-
-
 MASS = Slot("mass", "kg", Range(0.0, np.inf, 1.0))
 
 
@@ -305,7 +296,6 @@ CASES = (
     Bracket("COARSE_STEPS", readings, coarse, 0.4, 0.7),
     Bracket("CROSSED", readings, crossing, 3.0, 2.0),
     Bracket("PROVEN_FACTOR", unknowns, lambda x: unknowns._row(MASS, 1.0, 1.0 / x)[0], 7.0, 4.0),
-    Bracket("WIDE_PRIOR", prior, uniform, 15.0, 30.0),
     Bracket("MISREAD", channels, lambda x: not channels.is_off(x, 0.01), 1.2, 1.3),
     Bracket("PROVEN_FACTOR", channels, lambda x: not channels.is_off(2.0, 1.0 / x), 4.0, 6.0),
     Bracket("TELLS_A_SIGN", channels, sign_told, 0.14, 0.07),

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from fibrefit.problem.estimate.gls import scattered
-from fibrefit.problem.noise.autoregressive import Autoregressive
 from fibrefit.problem.noise.coloured import bank_for
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import (
@@ -20,6 +19,7 @@ from fibrefit.problem.noise.whittle import (
     sample_mask,
     whitening_of,
 )
+from fibrefit.sampling.density.filters import Autoregressive
 from tests.problem.coefficients import (
     CORNER,
     COUNT,

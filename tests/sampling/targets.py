@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fibrefit.problem.posterior.prior import Prior
 from fibrefit.sampling.chains import Target
+from fibrefit.sampling.density.prior import Prior
 from fibrefit.sampling.mode import Approximation
 
 

@@ -12,11 +12,11 @@ from fibrefit.laws.guide.drag import QuadraticDrag, ViscousFriction
 from fibrefit.problem.estimate.evidence import EXTENSION, SIGMA_LEVELS
 from fibrefit.problem.linear_model.unknowns import FLAT
 from fibrefit.problem.noise.rounding import steps_of
-from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import remark
 from fibrefit.sampling import latent
 from fibrefit.sampling import mode as searches
+from fibrefit.sampling.density.log_posterior import noise_priors
 from fibrefit.sampling.latent import records_at
 from fibrefit.sampling.mode import Approximation, find_mode
 from fibrefit.sampling.posterior import Posterior, PosteriorSetup

@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import norm
 
-from fibrefit.problem.noise.likelihood import Likelihood
 from fibrefit.sampling import predict
+from fibrefit.sampling.density.likelihood import Likelihood
 
 #: Of two channels the first was measured in the first half alone.
 WEIGHT = {"force": np.array([[1.0, 1.0, 0.0, 0.0]]), "position": np.ones((1, 4))}

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.posterior.prior import Prior
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_advice
 from fibrefit.report.sentences.posterior import posterior_sentence
 from fibrefit.sampling.checks import assess
+from fibrefit.sampling.density.prior import Prior
 from fibrefit.sampling.evidence import LOOK_ESS, LOOK_STEPS, distinct, sample_modes
 from fibrefit.sampling.mode import Approximation
 from fibrefit.sampling.posterior import Marginal, marginals, status

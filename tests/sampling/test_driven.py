@@ -14,8 +14,8 @@ import pytest
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification
 from fibrefit.problem.noise.whitening import innovations
-from fibrefit.problem.posterior.log_posterior import LogPosterior, noise_priors
 from fibrefit.problem.task import Task
+from fibrefit.sampling.density.log_posterior import LogPosterior, noise_priors
 from fibrefit.sampling.latent import between_of, records_at, whitened_residuals
 from fibrefit.sampling.mode import Approximation, find_mode
 from fibrefit.sampling.posterior import Posterior, PosteriorSetup

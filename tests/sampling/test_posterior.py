@@ -16,10 +16,10 @@ from scipy import stats
 from fibrefit.core.errors import UsageError
 from fibrefit.fitting.identify import identify
 from fibrefit.laws.guide.drag import ViscousFriction
-from fibrefit.problem.posterior.log_posterior import noise_priors
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_sentence, prior_words
+from fibrefit.sampling.density.log_posterior import noise_priors
 from fibrefit.sampling.evidence import distinct
 from fibrefit.sampling.mode import find_mode
 from fibrefit.sampling.posterior import Posterior

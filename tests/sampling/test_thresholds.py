@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 from fibrefit.core.errors import UsageError
+from fibrefit.problem.statement.layout import Range
 from fibrefit.report.sentences.posterior import posterior_sentence
 from fibrefit.sampling import checks as judge
 from fibrefit.sampling import evidence as found_modes
 from fibrefit.sampling import nuts, settings, thresholds
 from fibrefit.sampling import posterior as sampled
 from fibrefit.sampling import predict as predictions
+from fibrefit.sampling.density import prior
 from fibrefit.sampling.evidence import Evidence
 from fibrefit.sampling.posterior import Marginal
 from fibrefit.sampling.predict import CrossValidation
@@ -128,7 +130,16 @@ def checked(score: float = 0.0, r_hat: float = 1.0, divergent: int = 0) -> nuts.
     return nuts.CrossCheck(np.zeros((4, 250, 1)), divergent, np.array([score]), one, 0.0 * one, r_hat * one)
 
 
+def uniform(width: float) -> bool:
+    """Whether a value is as likely anywhere between limits so far from each other, in typical sizes."""
+    found = prior.default_prior(
+        cast(Any, SimpleNamespace(reciprocal=False, null=0.0)), Range(-0.5 * width, 0.5 * width, 1.0)
+    )
+    return not np.isfinite(found.spread)
+
+
 CASES = (
+    Bracket("WIDE_PRIOR", prior, uniform, 15.0, 30.0),
     Bracket("OVERLOOKED", found_modes, is_sampled, 1.5e-4, 0.7e-4),
     Bracket("SAME_MODE", found_modes, one_mode, 2.0, 4.5),
     Bracket("LEFT_MODE", found_modes, stayed, 0.03, 0.08),

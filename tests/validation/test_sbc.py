@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from fibrefit.problem.posterior.prior import Prior
+from fibrefit.sampling.density.prior import Prior
 from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
 from fibrefit.sampling.settings import AS_A_FIT, Settings
 from tests.sampling.drops import fitted, series, task_of

@@ -15,20 +15,18 @@ import numpy as np
 from fibrefit.discovery.engine.common_noise import CommonNoise
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.thresholds import ALARM
+from fibrefit.discovery.level_shifts import LevelShift, level_shifts, without_shifts
 from fibrefit.problem import (
     DRAWS_OF_ERRORS,
     BlockFilter,
-    LevelShift,
     Noise,
     antithetic_draws,
     gaussian_draws,
     in_blocks,
-    level_shifts,
     noise_of_residuals,
     whitening_of,
     with_best_input_errors,
     with_steps,
-    without_shifts,
 )
 
 

@@ -32,17 +32,9 @@ from fibrefit.discovery.engine.thresholds import (
     RANK,
     SLOW_BELOW,
 )
+from fibrefit.discovery.level_shifts import LevelShift, joint_probability, level_shifts
 from fibrefit.discovery.residuals.thresholds import FEWEST_TELLING
-from fibrefit.problem import (
-    DIFFERENCE_STEP,
-    LevelShift,
-    Noise,
-    joint_probability,
-    level_shifts,
-    periodogram,
-    unbroken,
-    without_lines,
-)
+from fibrefit.problem import DIFFERENCE_STEP, Noise, periodogram, unbroken, without_lines
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 

@@ -88,12 +88,7 @@ def bank_of(rates: tuple[float, ...], duration: float) -> Bank:
 def bank_for(times: np.ndarray, counts: np.ndarray) -> Bank:
     """Bank for records with instants ``(n_record, n_time)`` in s, of which the first `counts` ``(n_record,)`` count."""
     rates = tuple(float(1.0 / np.diff(t[:n]).mean()) for t, n in zip(times, counts, strict=True))
-    return bank_of(rates, longest_duration(times, counts))
-
-
-def longest_duration(times: np.ndarray, counts: np.ndarray) -> float:
-    """Time the longest record lasts, in s."""
-    return float(max(t[n - 1] - t[0] for t, n in zip(times, counts, strict=True)))
+    return bank_of(rates, float(max(t[n - 1] - t[0] for t, n in zip(times, counts, strict=True))))
 
 
 class Coloured(eqx.Module):

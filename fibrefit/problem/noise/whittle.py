@@ -30,10 +30,10 @@ import jax
 import numpy as np
 
 from fibrefit.core.programs import kept_program
-from fibrefit.problem.noise.coloured import LINES, Bank, Coloured, bank_for, bank_of, coloured_of, longest_duration
+from fibrefit.problem.noise.coloured import LINES, Bank, Coloured, bank_for, bank_of, coloured_of
 from fibrefit.problem.noise.readings import LOUDEST_LOADED
 from fibrefit.problem.noise.spectrum import Noise, whittle, without_lines
-from fibrefit.problem.noise.whitening import NoiseEvidence, unit_of
+from fibrefit.problem.noise.whitening import unit_of
 from fibrefit.problem.statement.observations import Steps
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.thresholds import CLEAR, LINE_BY_CHANCE, NEGLIGIBLE_PART, SLOWEST_LINE
@@ -446,33 +446,3 @@ def _refined(draws: _Draws, near: float, density: np.ndarray, whole: Periodogram
         aside = 0.5 * (around[0] - around[2]) / bend if bend < 0.0 else 0.0
         top = float(frequency[best] + aside * (frequency[1] - frequency[0]))
     return top, float(total[best] / max(valid.sum(), 1))
-
-
-class ColouredNoise:
-    """White, 1/f, first-order parts and lines; its parameters are a spectrum for each channel, in SI units."""
-
-    def estimate(self, evidence: NoiseEvidence) -> tuple[tuple[Noise, ...], int]:
-        """Spectra that are stated, or else those of the residuals; they tell the shape alone where a level is known."""
-        problem, experiment = evidence.problem, evidence.problem.observations.experiment
-        noise = evidence.stated or noise_of_residuals(problem, evidence.best_residuals())
-        times, counts = np.asarray(experiment.times), np.asarray(experiment.count)
-        duration, rate = longest_duration(times, counts), 1.0 / float(np.diff(times[0][: counts[0]]).mean())
-        unit = unit_of(problem.observations, problem.model.rig.channels)
-        noise = tuple(
-            of.scaled(float(unit[:, c].mean()) / of.rms(duration, rate)) if known else of
-            for c, (of, known) in enumerate(zip(noise, evidence.known, strict=True))
-        )
-        # Its levels, and two for each first-order part and each line.
-        return noise, sum(1 + (of.pink > 0.0) + 2 * len(of.slow) + 2 * len(of.all_lines) for of in noise)
-
-    def whiten(self, noise: Sequence[Noise], evidence: NoiseEvidence) -> Coloured:
-        """The filter of these spectra."""
-        return whitening_of(evidence.problem, noise)
-
-    def describe(self, noise: Sequence[Noise], channels: Sequence[str]) -> tuple[str, tuple[float, ...]]:
-        """The corners at which slow parts and white noise are equal."""
-        corners = {channel: corner for channel, of in zip(channels, noise, strict=True) if (corner := of.corner())}
-        if not corners:
-            return "noise of a spectrum without slow parts", ()
-        equal = "".join(f", equal at %.3g Hz in {channel}" for channel in corners)
-        return f"coloured noise (white and slow parts{equal})", tuple(corners.values())

@@ -13,7 +13,8 @@ from fibrefit.report.sentences.thresholds import HEAVY_TAILS
 from fibrefit.study.summaries.check import Check
 
 if TYPE_CHECKING:
-    from fibrefit.problem import NoiseModel, Prior
+    from fibrefit.sampling.density.likelihood import NoiseModel
+    from fibrefit.sampling.density.prior import Prior
 
 VALUES_NAMED = 3
 """Values by which a mode is described."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from fibrefit.plots.overlay import POINTS
 from fibrefit.plots.traces import SPREAD
-from fibrefit.problem import Prior
+from fibrefit.sampling.density.prior import Prior
 from fibrefit.sampling.posterior import Posterior
 from fibrefit.sampling.thresholds import PRIOR_MATTERS
 from fibrefit.study.summaries.part import Variable

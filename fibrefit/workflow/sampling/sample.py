@@ -13,7 +13,8 @@ import numpy as np
 from fibrefit.core.errors import UsageError, did_you_mean
 from fibrefit.core.limits import Progress, quiet
 from fibrefit.core.threads import one_blas_thread
-from fibrefit.problem import Priors, Task
+from fibrefit.problem import Task
+from fibrefit.sampling.density.prior import Priors
 from fibrefit.sampling.nuts import cross_check, require_nuts
 from fibrefit.sampling.predict import CrossValidation, cross_validate, predict
 from fibrefit.sampling.sample import ChainStart, PosteriorRequest, number_of_coordinates, sample_posterior

@@ -7,12 +7,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from fibrefit.problem.noise.whitening import NoiseEvidence, Whitening
+    from fibrefit.problem import Whitening
+    from fibrefit.sampling.density.filters import NoiseEvidence
 
 KINDS = {
-    "white": "fibrefit.problem.noise.whitening:WhiteNoise",
-    "autoregressive": "fibrefit.problem.noise.autoregressive:AutoregressiveNoise",
-    "coloured": "fibrefit.problem.noise.whittle:ColouredNoise",
+    "white": "fibrefit.sampling.density.filters:WhiteNoise",
+    "autoregressive": "fibrefit.sampling.density.filters:AutoregressiveNoise",
+    "coloured": "fibrefit.sampling.density.filters:ColouredNoise",
 }
 """By the name under which it is requested, module and class of each `NoiseKind`: what lists them imports none."""
 OF_A_FIT = "coloured"

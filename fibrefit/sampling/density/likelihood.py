@@ -18,11 +18,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.programs import kept_program
-from fibrefit.problem.noise.kinds import KINDS, noise_kind
-from fibrefit.problem.noise.spectrum import Noise
-from fibrefit.problem.noise.whitening import NoiseEvidence, White, Whitening, innovations
-from fibrefit.problem.statement.observations import Observations, log_probability
-from fibrefit.problem.statement.problem import Linearised, Problem
+from fibrefit.problem import Linearised, Noise, Observations, Problem, Whitening, innovations, log_probability
+from fibrefit.sampling.density.filters import NoiseEvidence, White
+from fibrefit.sampling.density.kinds import KINDS, noise_kind
 
 TAIL_START = 10.0
 """Degrees of freedom of Student's t with which a search begins."""

@@ -15,8 +15,8 @@ from scipy.special import ndtr, ndtri
 
 from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.statement.layout import Layout, Range
-from fibrefit.problem.thresholds import WIDE_PRIOR
+from fibrefit.problem import Layout, Range
+from fibrefit.sampling.thresholds import WIDE_PRIOR
 from fibrefit.simulation.model import Model
 
 if TYPE_CHECKING:  # its module needs pydantic, which this one does not

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from fibrefit.discovery.engine.thresholds import ALARM
+from fibrefit.discovery.level_shifts import CLOSE, joint_probability, level_shifts
 from fibrefit.discovery.residuals.innovations import Alarm
 from fibrefit.problem.noise.coloured import BLOCK, BlockFilter
-from fibrefit.problem.noise.level_shifts import CLOSE, joint_probability, level_shifts
 from fibrefit.report.sentences.discovery import discovery_sentence
 
 RECORDS, SAMPLES = 5, 1600

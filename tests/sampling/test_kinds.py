@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 
-from fibrefit.problem.noise.kinds import KINDS, noise_kind
-from fibrefit.problem.noise.likelihood import choose_noise_model
-from fibrefit.problem.noise.whitening import NoiseEvidence, Whitening
+from fibrefit.problem.noise.whitening import Whitening
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.problem import Linearised
 from fibrefit.report.sentences.posterior import likelihood_sentence
+from fibrefit.sampling.density.filters import NoiseEvidence
+from fibrefit.sampling.density.kinds import KINDS, noise_kind
+from fibrefit.sampling.density.likelihood import choose_noise_model
 from tests.problem.coefficients import first_order_noise, records
 
 EXACT = 1e-8

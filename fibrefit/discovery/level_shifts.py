@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fibrefit.problem.noise.coloured import BlockFilter
+from fibrefit.problem import BlockFilter
 
 
 class LevelShift(NamedTuple):

@@ -10,9 +10,9 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from fibrefit.problem.estimate.evidence import grid_over, usual_axes
-from fibrefit.problem.noise.likelihood import Likelihood
-from fibrefit.problem.noise.whitening import White
-from fibrefit.problem.posterior.log_posterior import Mixture, RandomEffects
+from fibrefit.sampling.density.filters import White
+from fibrefit.sampling.density.likelihood import Likelihood
+from fibrefit.sampling.density.log_posterior import Mixture, RandomEffects
 
 RECORDS, SAMPLES, NUMBER = 3, 12, 2
 EXACT = 1e-9

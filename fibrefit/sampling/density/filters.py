@@ -1,4 +1,6 @@
-"""Autoregressive noise: each sample is predicted by a weighted sum of the last ones.
+"""Kinds of noise that are compared: white, autoregressive and coloured, and what they are estimated from.
+
+Autoregressive noise: each sample is predicted by a weighted sum of the last ones.
 
 Law
 ---
@@ -10,16 +12,101 @@ by the recursion of Levinson and Durbin.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.noise.whitening import NoiseEvidence
+from fibrefit.core.matrices import least_squares
+from fibrefit.problem import (
+    Layout,
+    Linearised,
+    Noise,
+    Problem,
+    Whitening,
+    noise_of_residuals,
+    normal_equations,
+    unit_of,
+    whitening_of,
+)
 
 LARGEST_ORDER = 40
 """At a kHz such a memory reaches over 40 ms: slower noise is what first-order parts are for."""
+
+
+class NoiseEvidence(NamedTuple):
+    """What noise is estimated from.
+
+    Parameters
+    ----------
+    problem : Problem
+    linear : Linearised
+        At the optimum; residuals ``(n_record, n_channel, n_time)`` in units of the noise.
+    valid : (n_record, n_channel, n_time) bool
+        Samples that count.
+    known : tuple of bool
+        Whether the noise level of each channel is given, and is one unit of the residuals.
+    stated : tuple of Noise
+        Spectra of all channels in SI units where they are to be taken as they are; else empty.
+    """
+
+    problem: Problem
+    linear: Linearised
+    valid: jax.Array
+    known: tuple[bool, ...]
+    stated: tuple[Noise, ...] = ()
+
+    def best_residuals(self) -> np.ndarray:
+        """Residuals where the slopes say that their sum of squares is smallest: what parameters can do is no noise."""
+        layout = self.problem.layout
+        return linearised_after_step(layout, self.linear, least_squares_step(layout, self.linear)).residuals
+
+
+class White(eqx.Module):
+    """Residuals are innovations already.
+
+    Parameters
+    ----------
+    valid : (n_record, n_channel, n_time) bool
+    """
+
+    valid: jax.Array
+
+    @property
+    def log_scale(self) -> jax.Array:
+        """Zero."""
+        return jnp.zeros(())
+
+    @property
+    def scales(self) -> jax.Array:
+        """One where a sample is valid, ``(n_record, n_channel, n_time)``; zero where not."""
+        return jnp.where(self.valid, 1.0, 0.0)
+
+    def whiten(self, residuals: jax.Array) -> jax.Array:
+        """The residuals where they are valid."""
+        return jnp.where(self.valid, residuals, 0.0)
+
+    def autocovariance(self, n_lag: int) -> np.ndarray:
+        """One at lag 0."""
+        return np.broadcast_to(np.arange(n_lag) == 0, (*self.valid.shape[:2], n_lag)).astype(float)
+
+
+class WhiteNoise:
+    """Residuals without a memory; the level of each channel is all there is to know."""
+
+    def estimate(self, evidence: NoiseEvidence) -> tuple[None, int]:
+        """Nothing: a filter's level is that of the residuals' unit."""
+        return None, len(evidence.known)
+
+    def whiten(self, _: None, evidence: NoiseEvidence) -> White:
+        """No filter."""
+        return White(evidence.valid)
+
+    def describe(self, *_: object) -> tuple[str, tuple[float, ...]]:
+        """No numbers."""
+        return "white noise", ()
 
 
 class Autoregressive(eqx.Module):
@@ -185,3 +272,52 @@ class AutoregressiveNoise:
         """The orders."""
         orders = ", ".join(f"%d ({channel})" for channel in channels)
         return f"autoregressive noise of order {orders}", tuple(len(c) - 1 for c in covariances)
+
+
+class ColouredNoise:
+    """White, 1/f, first-order parts and lines; its parameters are a spectrum for each channel, in SI units."""
+
+    def estimate(self, evidence: NoiseEvidence) -> tuple[tuple[Noise, ...], int]:
+        """Spectra that are stated, or else those of the residuals; they tell the shape alone where a level is known."""
+        problem, experiment = evidence.problem, evidence.problem.observations.experiment
+        noise = evidence.stated or noise_of_residuals(problem, evidence.best_residuals())
+        times, counts = np.asarray(experiment.times), np.asarray(experiment.count)
+        duration = float(max(t[n - 1] - t[0] for t, n in zip(times, counts, strict=True)))
+        rate = 1.0 / float(np.diff(times[0][: counts[0]]).mean())
+        unit = unit_of(problem.observations, problem.model.rig.channels)
+        noise = tuple(
+            of.scaled(float(unit[:, c].mean()) / of.rms(duration, rate)) if known else of
+            for c, (of, known) in enumerate(zip(noise, evidence.known, strict=True))
+        )
+        # Its levels, and two for each first-order part and each line.
+        return noise, sum(1 + (of.pink > 0.0) + 2 * len(of.slow) + 2 * len(of.all_lines) for of in noise)
+
+    def whiten(self, noise: Sequence[Noise], evidence: NoiseEvidence) -> Whitening:
+        """The filter of these spectra."""
+        return whitening_of(evidence.problem, noise)
+
+    def describe(self, noise: Sequence[Noise], channels: Sequence[str]) -> tuple[str, tuple[float, ...]]:
+        """The corners at which slow parts and white noise are equal."""
+        corners = {channel: corner for channel, of in zip(channels, noise, strict=True) if (corner := of.corner())}
+        if not corners:
+            return "noise of a spectrum without slow parts", ()
+        equal = "".join(f", equal at %.3g Hz in {channel}" for channel in corners)
+        return f"coloured noise (white and slow parts{equal})", tuple(corners.values())
+
+
+def linearised_after_step(layout: Layout, linear: Linearised, step: np.ndarray) -> Linearised:
+    """What the slopes say of the residuals after a step ``(n_free,)`` in SI units."""
+    local, slopes = np.append(step, [0.0, 0.0])[layout.local_columns], np.asarray(linear.slopes)
+    return Linearised(np.asarray(linear.residuals) + np.einsum("rcti,ri->rct", slopes, local), slopes)
+
+
+def least_squares_step(layout: Layout, linear: Linearised, belief: np.ndarray | None = None) -> np.ndarray:
+    """Step ``(n_free,)`` in SI units to where a linearised problem has the smallest sum of squares.
+
+    Parameters
+    ----------
+    belief : (n_free + 1, n_free + 1), optional
+        See `Layout.prior_gram`.
+    """
+    normal, pull = normal_equations(layout, np.asarray(linear.slopes), np.asarray(linear.residuals), belief)
+    return least_squares(normal, -pull)

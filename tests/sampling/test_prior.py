@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 
 from fibrefit.core.declarations import Parameter
 from fibrefit.core.errors import StudyError
-from fibrefit.problem.posterior.prior import Density, Prior, Priors, default_prior, log_slope
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.report.sentences.posterior import prior_words
 from fibrefit.rigs.catalogue import RIGS
+from fibrefit.sampling.density.prior import Density, Prior, Priors, default_prior, log_slope
 from fibrefit.simulation.model import Model
 from fibrefit.study.parameters import PriorSetting
 

@@ -38,9 +38,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fibrefit.problem.noise.likelihood import Likelihood
-from fibrefit.problem.posterior.prior import Density, Prior, log_slope
-from fibrefit.problem.statement.problem import Problem
+from fibrefit.problem import Problem
+from fibrefit.sampling.density.likelihood import Likelihood
+from fibrefit.sampling.density.prior import Density, Prior, log_slope
 
 
 class InputEffects(eqx.Module):

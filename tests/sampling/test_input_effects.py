@@ -15,10 +15,11 @@ from scipy.stats import multivariate_normal
 
 from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities, whitened_sensitivities
 from fibrefit.problem.linear_model.view import View
-from fibrefit.problem.noise.likelihood import Likelihood
-from fibrefit.problem.noise.whitening import Levelled, White
-from fibrefit.problem.posterior.log_posterior import InputEffects, Mixture, RandomEffects
+from fibrefit.problem.noise.whitening import Levelled
 from fibrefit.problem.statement.problem import Linearised
+from fibrefit.sampling.density.filters import White
+from fibrefit.sampling.density.likelihood import Likelihood
+from fibrefit.sampling.density.log_posterior import InputEffects, Mixture, RandomEffects
 from fibrefit.sampling.latent import DrawnInputs, input_effects_of
 
 RECORDS, SAMPLES, VALUES, WAVES = 2, 20, 3, 6

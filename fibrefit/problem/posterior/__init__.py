@@ -1,1 +1,0 @@
-"""Priors and the log posterior density."""

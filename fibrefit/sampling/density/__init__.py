@@ -1,0 +1,1 @@
+"""The density that is sampled: priors, kinds of noise, the likelihood, and the log posterior of both."""
