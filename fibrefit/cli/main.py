@@ -52,7 +52,7 @@ COMMANDS = {
 }
 
 #: Modules of commands that have none of their own name; each is imported when such a command is called.
-HOMES = dict.fromkeys(("simulate", "sweep", "fit", "predict", "series", "distinguish", "plan"), "studies") | {
+HOMES = dict.fromkeys(("simulate", "sweep", "fit", "predict", "series", "batch", "distinguish", "plan"), "studies") | {
     "report": "results",
     "show": "results",
     "glossary": "effects",

@@ -134,17 +134,15 @@ def locked(folder: Path, shown: str) -> Iterator[None]:
         If the file of the lock cannot be made.
     """
     path = lock_file(folder)
-    try:
+    with suppress(OSError):
         # What is locked is removed at the end: it has to be what a run has left.
-        foreign_file = not stat.S_ISREG(path.lstat().st_mode)
-        if not foreign_file:
+        of_a_run = stat.S_ISREG(path.lstat().st_mode)
+        if of_a_run:
             with path.open("rb") as file:
-                foreign_file = not HOLDER.encode().startswith(file.read(len(HOLDER)))
-    except OSError:
-        foreign_file = False
-    if foreign_file:
-        expected = "nothing of that name, or the lock of a run"
-        raise UsageError(str(path), "is in the way", expected, "Move it, or name another --out.")
+                of_a_run = HOLDER.encode().startswith(file.read(len(HOLDER)))
+        if not of_a_run:
+            expected = "nothing of that name, or the lock of a run"
+            raise UsageError(str(path), "is in the way", expected, "Move it, or name another --out.")
     lock = FileLock(path, timeout=0, fallback_to_soft=False)
     try:
         lock.acquire()

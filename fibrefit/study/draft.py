@@ -14,8 +14,7 @@ from fibrefit.core.paths import name_of_several, path_from
 from fibrefit.study.overrides import apply_overrides, parse
 from fibrefit.study.quantity import field_unit
 from fibrefit.study.rigs import RIG_KEYS, study_type
-from fibrefit.study.study import SCHEMA
-from fibrefit.study.toml import to_toml
+from fibrefit.study.study import SCHEMA, to_toml
 
 #: Keys of a study that tell how files are read; the others are what a person states of the rig and the records.
 READING = ("channels", "units", "files")

@@ -49,9 +49,8 @@ def parameter_frame(summary: Any) -> pd.DataFrame:
             rows.append((name, record, value.mean, value.sd, *value.interval, value.unit))
         else:
             rows.append((name, record, value.value, value.std_error, *(value.interval_95 or (None, None)), value.unit))
-    frame = pd.DataFrame(rows, columns=list(COLUMNS))
-    numbers = ["value", "std_error", "low", "high"]
-    return frame.astype(dict.fromkeys(numbers, float))
+    numbers = dict.fromkeys(("value", "std_error", "low", "high"), float)
+    return pd.DataFrame(rows, columns=list(COLUMNS)).astype(numbers)
 
 
 def inspection_frame(document: Mapping[str, Any]) -> pd.DataFrame:

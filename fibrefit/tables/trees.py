@@ -41,8 +41,8 @@ def tree_of(groups: Groups, attributes: Mapping[str, Any]) -> xr.DataTree:
             plain = name.replace("/", "_")
             while plain != name and (plain in group or plain in variables):
                 plain += "_"
-            attributes = {"units": variable.unit, **({"long_name": variable.doc} if variable.doc else {})}
-            variables[plain] = (variable.dims, np.asarray(variable.values), attributes)
+            described = {"units": variable.unit, **({"long_name": variable.doc} if variable.doc else {})}
+            variables[plain] = (variable.dims, np.asarray(variable.values), described)
         sizes = {
             dim: size for dims, values, _ in variables.values() for dim, size in zip(dims, values.shape, strict=True)
         }

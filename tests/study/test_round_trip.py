@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from fibrefit.study import load_study
-from fibrefit.study.toml import to_toml
+from fibrefit.study.study import to_toml
 from tests.study.conftest import Loader
 
 #: The folder of the records stays the same for all examples: nothing in it depends on them.
