@@ -1,1 +1,0 @@
-"""Laws of the pivot of a pendulum, one file each."""
