@@ -33,7 +33,6 @@ from fibrefit.problem import (
 )
 from fibrefit.sampling import latent
 from fibrefit.sampling.chains import SamplerProgress, Target
-from fibrefit.sampling.checks import assess, residual_size
 from fibrefit.sampling.density.filters import least_squares_step
 from fibrefit.sampling.density.kinds import OF_A_FIT
 from fibrefit.sampling.density.likelihood import (
@@ -48,7 +47,7 @@ from fibrefit.sampling.density.prior import Density, Prior, Priors
 from fibrefit.sampling.evidence import distinct, sample_modes
 from fibrefit.sampling.latent import Deviations
 from fibrefit.sampling.mode import find_mode
-from fibrefit.sampling.posterior import Posterior, PosteriorSetup, marginals
+from fibrefit.sampling.posterior import Posterior, PosteriorSetup, assess, marginals, residual_size
 from fibrefit.sampling.settings import AS_A_FIT, Settings
 from fibrefit.study.summaries.results import ChannelGap
 

@@ -30,7 +30,7 @@ from fibrefit.laws.law import HISTORY_OF_MOTION, Effect, Moment, SensorLaw, laws
 from fibrefit.rigs.rig import Start, Values
 from fibrefit.simulation.inputs import Course, Signals, courses, inputs_at
 from fibrefit.simulation.model import Experiment, Model, Response, corrected_conditions, pushed_by
-from fibrefit.simulation.pieces import jumps_of
+from fibrefit.simulation.sensing import jumps_of
 from fibrefit.simulation.sensitivity import solve
 from fibrefit.simulation.switched import Grid, Solution, take
 

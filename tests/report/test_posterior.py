@@ -10,7 +10,7 @@ import pytest
 from fibrefit.fitting.checks import CHECKS, CONVERGED, EXPLAINED
 from fibrefit.report.layout import WIDTH
 from fibrefit.report.posterior import REMEDIES, posterior_advice, posterior_report
-from fibrefit.sampling.checks import CHECKS as SAMPLED
+from fibrefit.sampling.posterior import CHECKS as SAMPLED
 from fibrefit.study.summaries import results as s
 from fibrefit.study.summaries.check import Check
 from fibrefit.workflow.fit_files import DETERMINED

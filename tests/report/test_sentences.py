@@ -17,7 +17,7 @@ from fibrefit.fitting.misstatements import Alternative, Misstated
 from fibrefit.fitting.result import Advice, Why
 from fibrefit.fitting.values import Weakness
 from fibrefit.report.sentences import discovery, fit, minima, posterior, prediction
-from fibrefit.sampling.checks import CHECKS as SAMPLED
+from fibrefit.sampling.posterior import CHECKS as SAMPLED
 from fibrefit.study.summaries.check import Check, status_by
 from fibrefit.study.summaries.discovery import Weight
 

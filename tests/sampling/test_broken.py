@@ -15,11 +15,10 @@ from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.posterior import posterior_advice
 from fibrefit.report.sentences.posterior import posterior_sentence
-from fibrefit.sampling.checks import assess
 from fibrefit.sampling.density.prior import Prior
 from fibrefit.sampling.evidence import LOOK_ESS, LOOK_STEPS, distinct, sample_modes
 from fibrefit.sampling.mode import Approximation
-from fibrefit.sampling.posterior import Marginal, marginals, status
+from fibrefit.sampling.posterior import Marginal, assess, marginals, status
 from fibrefit.sampling.sample import ChainStart, PosteriorRequest, sample_posterior
 from fibrefit.sampling.settings import Settings
 from fibrefit.study.summaries.check import Check

@@ -12,9 +12,9 @@ import pytest
 from fibrefit.core.errors import UsageError
 from fibrefit.problem.statement.layout import Range
 from fibrefit.report.sentences.posterior import posterior_sentence
-from fibrefit.sampling import checks as judge
 from fibrefit.sampling import evidence as found_modes
 from fibrefit.sampling import nuts, settings, thresholds
+from fibrefit.sampling import posterior as judge
 from fibrefit.sampling import posterior as sampled
 from fibrefit.sampling import predict as predictions
 from fibrefit.sampling.density import prior
