@@ -78,11 +78,6 @@ def is_extended(laws: tuple[Effect, ...]) -> bool:
     return any(extends(type(law)) for law in laws)
 
 
-def with_clock(inputs: dict[str, Signals], times: jax.Array) -> dict[str, Signals]:
-    """Inputs and the time since the first sample."""
-    return inputs | {CLOCK: Signals(times - times[0], jnp.ones_like(times))}
-
-
 class Extended(eqx.Module):
     """A rig's system with laws that change while it moves.
 
@@ -98,11 +93,6 @@ class Extended(eqx.Module):
     values: dict[str, Any]
     conditions: dict[str, Any]
     laws: tuple[Effect, ...]
-
-    @classmethod
-    def of(cls, rig: Rig, tension_law: str, values: Values, known: Mapping[str, Any], laws: Any) -> Extended:
-        """The same from all values of a record."""
-        return cls(rig, tension_law, {p.name: values[p.name] for p in rig.parameters}, dict(known), tuple(laws))
 
     def stiff(self) -> jax.Array | None:
         """Whether rates occur that are fast against a step."""
@@ -173,17 +163,13 @@ class Extended(eqx.Module):
         """True value of each channel."""
         return self.rig.observe(self._system(state, mode.past, inputs), state.inner, mode.inner, self._felt(inputs))
 
-    def fibres(self, state: ExtendedState, mode: ExtendedMode, inputs: Any) -> tuple:
-        """Stretch and rate of each fibre."""
+    def fibres(self, state: Any, mode: Any, inputs: Any) -> tuple:
+        """Stretch and rate of each fibre, of a motion given by the rig's own states and modes."""
         assert self.rig.fibres is not None, "a rig with a fibre"
-        return self.rig.fibres(self._system(state, mode.past, inputs), state.inner, mode.inner, self._felt(inputs))
-
-    def fibres_then(self, state: Any, mode: Any, inputs: Any) -> tuple:
-        """As `fibres`, of a motion given by the rig's own states and modes."""
         zero, now = jnp.zeros(()), inputs[CLOCK][0]
         whole = ExtendedState(state, tuple(Passenger(state.position, zero) for _ in self._carrying), {})
         past = tuple((law.instant <= now).astype(jnp.int32) for law in self._sudden)
-        return self.fibres(whole, ExtendedMode(mode, past), inputs)
+        return self.rig.fibres(self._system(whole, past, inputs), state, mode, self._felt(inputs))
 
     @property
     def _sudden(self) -> tuple[Any, ...]:
@@ -349,7 +335,7 @@ class Model:
         system, _ = self._system(values, self._in_record(values, experiment), experiment)
         here = _at_samples(self._driven(self._in_record(values, experiment), experiment), experiment.times)
         if isinstance(system, Extended):
-            return jax.vmap(system.fibres_then)(solution.states, solution.modes, here)
+            return jax.vmap(system.fibres)(solution.states, solution.modes, here)
         return jax.vmap(partial(fibres, system))(solution.states, solution.modes, here)
 
     def _in_record(self, values: Values, experiment: Experiment) -> tuple[Effect, ...]:
@@ -363,7 +349,8 @@ class Model:
         """The system that moves, and the conditions of its record."""
         conditions = corrected_conditions(experiment.conditions, values, laws)
         if is_extended(laws):
-            return Extended.of(self.rig, self.tension_law, values, conditions, laws), conditions
+            of_rig = {p.name: values[p.name] for p in self.rig.parameters}
+            return Extended(self.rig, self.tension_law, of_rig, dict(conditions), laws), conditions
         return self.rig.build(values, conditions, laws, self.tension_law), conditions
 
     def _driven(self, laws: tuple[Effect, ...], experiment: Experiment) -> dict[str, Course]:
@@ -372,7 +359,8 @@ class Model:
         for law in (law for law in laws_of(DriveLaw, laws) if law.remembers):
             inputs["drive"] = Signals(*law.passed_on(*inputs["drive"]))
         inputs = pushed_by(laws, inputs, times)
-        return courses(with_clock(inputs, times) if is_extended(laws) else inputs, times)
+        clock = {CLOCK: Signals(times - times[0], jnp.ones_like(times))} if is_extended(laws) else {}
+        return courses(inputs | clock, times)
 
     def _simulate(self, values: Values, experiment: Experiment) -> Response:
         """The response, without tangents of effects that are singular at their null."""

@@ -81,21 +81,16 @@ def plus(state: State, factor: jax.Array, rate: State) -> State:
     return jax.tree.map(lambda y, d: y + factor * d, state, rate)
 
 
-def runge_kutta(system: System, state: State, mode: Mode, span: Any, length: jax.Array) -> State:
-    """Classical fourth-order step of `length` [s]; `span` gives the inputs at its start, middle and end."""
-    first, middle, last = span
+def explicit(system: System, state: State, mode: Mode, inputs: Any, times: jax.Array, arc: Any) -> State:
+    """As `flow`, for a system whose rates are slow against the step: the classical fourth-order step."""
+    step, start, end = arc
+    first, middle, last = (inputs_at(inputs, times, step, time) for time in (start, 0.5 * (start + end), end))
+    length = end - start
     d1 = system.derivative(state, mode, first)
     d2 = system.derivative(plus(state, 0.5 * length, d1), mode, middle)
     d3 = system.derivative(plus(state, 0.5 * length, d2), mode, middle)
     d4 = system.derivative(plus(state, length, d3), mode, last)
     return jax.tree.map(lambda y, a, b, c, d: y + (length / 6.0) * (a + 2.0 * (b + c) + d), state, d1, d2, d3, d4)
-
-
-def explicit(system: System, state: State, mode: Mode, inputs: Any, times: jax.Array, arc: Any) -> State:
-    """As `flow`, for a system whose rates are slow against the step."""
-    step, start, end = arc
-    span = tuple(inputs_at(inputs, times, step, time) for time in (start, 0.5 * (start + end), end))
-    return runge_kutta(system, state, mode, span, end - start)
 
 
 def stiff(system: System, state: State, mode: Mode, inputs: Any, times: jax.Array, arc: Any) -> State:

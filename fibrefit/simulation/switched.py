@@ -8,6 +8,7 @@ rest of the step follows in the new mode, as often as needed. Only those few ste
 from __future__ import annotations
 
 import functools
+import operator
 from typing import Any, NamedTuple
 
 import jax
@@ -108,13 +109,8 @@ def select(condition: jax.Array, yes: Any, no: Any) -> Any:
     return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
 
 
-def put(store: Any, index: jax.Array, item: Any) -> Any:
-    """Pytree of arrays with the row `index` replaced; nothing happens outside the range."""
-    return jax.tree.map(lambda array, value: array.at[index].set(value, mode="drop"), store, item)
-
-
 def write(store: Any, index: jax.Array, item: Any) -> Any:
-    """As `put`, for an index that is known to be inside."""
+    """Pytree of arrays with the row `index` replaced, which is known to be inside the range."""
 
     def put_in(array: jax.Array, value: Any) -> jax.Array:
         return jax.lax.dynamic_update_index_in_dim(array, value, index, 0, allow_negative_indices=False)
@@ -162,9 +158,6 @@ class _Plain(NamedTuple):
 def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Array, run: _Run) -> _Run:
     """Whole steps of the grid in one mode, up to the first whose end violates it, or to rest."""
 
-    def same(state: State, other: State) -> list[jax.Array]:
-        return jax.tree.leaves(jax.tree.map(lambda a, b: a == b, state, other))
-
     def body(plain: _Plain) -> _Plain:
         step, state = plain.step, plain.state
         start, end = row(times, step), row(times, step + 1)
@@ -176,7 +169,7 @@ def _plain_steps(system: System, inputs: Inputs, times: jax.Array, last: jax.Arr
             trial,
             state,
             going,
-            jnp.array(False) if inputs else functools.reduce(jnp.logical_and, same(state, trial)),
+            jnp.array(False) if inputs else jax.tree.reduce(jnp.logical_and, jax.tree.map(operator.eq, state, trial)),
             write(plain.states, step + 1, trial),
             write(plain.modes, step + 1, run.mode),
         )
@@ -239,27 +232,6 @@ def _resolution(instant: jax.Array) -> jax.Array:
     return 1e-15 + 4e-16 * jnp.abs(instant)
 
 
-def _narrow(search: _Search, time: jax.Array, state: State, margins: Mode) -> _Search:
-    """Search after a trial at `time`."""
-    value = _worst(margins)
-    first, inside = search.tries == 0, value >= 0.0
-    outside = first | ~inside
-    # Just after a switch the margin is zero and says nothing of where it will be again.
-    at_low = jnp.where(first, jnp.maximum(search.at_low, -LEAST_SHARE * value), search.at_low)
-    return _Search(
-        jnp.where(outside, search.low, time),
-        jnp.where(outside, time, search.high),
-        jnp.where(outside, search.high, search.low),
-        jnp.where(outside, at_low, value),
-        jnp.where(outside, value, search.at_high),
-        # Where there is no third yet, the secant is left.
-        jnp.where(first, jnp.nan, jnp.where(inside, search.at_low, search.at_high)),
-        select(outside, state, search.state),
-        select(outside, margins, search.margins),
-        search.tries + 1,
-    )
-
-
 def _locate(system: System, inputs: Inputs, times: jax.Array, run: _Run, end: jax.Array, patient: jax.Array) -> _Search:
     """The first switch between now and the `end` of the step, or that end; without patience that end in any case."""
 
@@ -271,7 +243,24 @@ def _locate(system: System, inputs: Inputs, times: jax.Array, run: _Run, end: ja
     def narrow(search: _Search) -> _Search:
         time = jnp.where(search.tries == 0, end, _next_trial(search))
         state = flow(system, run.state, run.mode, inputs, times, (run.step, run.time, time))
-        return _narrow(search, time, state, system.margins(state, run.mode, inputs_at(inputs, times, run.step, time)))
+        margins = system.margins(state, run.mode, inputs_at(inputs, times, run.step, time))
+        value = _worst(margins)
+        first, inside = search.tries == 0, value >= 0.0
+        outside = first | ~inside
+        # Just after a switch the margin is zero and says nothing of where it will be again.
+        at_low = jnp.where(first, jnp.maximum(search.at_low, -LEAST_SHARE * value), search.at_low)
+        return _Search(
+            jnp.where(outside, search.low, time),
+            jnp.where(outside, time, search.high),
+            jnp.where(outside, search.high, search.low),
+            jnp.where(outside, at_low, value),
+            jnp.where(outside, value, search.at_high),
+            # Where there is no third yet, the secant is left.
+            jnp.where(first, jnp.nan, jnp.where(inside, search.at_low, search.at_high)),
+            select(outside, state, search.state),
+            select(outside, margins, search.margins),
+            search.tries + 1,
+        )
 
     margins = system.margins(run.state, run.mode, inputs_at(inputs, times, run.step, run.time))
     now, zero = run.time, jnp.zeros(())
@@ -302,11 +291,13 @@ def _finish_step(system: System, inputs: Inputs, times: jax.Array, run: _Run) ->
         switched, mode = system.switch(found.state, run.mode, crossed, here)
         ended_by = jnp.where(on, jnp.argmin(jnp.stack(jax.tree.leaves(found.margins))), -1).astype(jnp.int32)
         done = Arcs(step, run.time, run.state, run.mode, found.high, found.state, ended_by)
+        # Nothing is written beyond the end of the list.
+        at = lambda rows, value, index=run.n_arcs: rows.at[index].set(value, mode="drop")  # noqa: E731
         run = run._replace(
             time=found.high,
             state=select(on, switched, found.state),
             mode=select(on, mode, run.mode),
-            arcs=put(run.arcs, run.n_arcs, done),
+            arcs=jax.tree.map(at, run.arcs, done),
             n_arcs=run.n_arcs + 1,
             going=on | (found.high < end),
             trouble=run.trouble | ~patient,
