@@ -159,12 +159,6 @@ def _ends(position: jax.Array, velocity: jax.Array) -> tuple[End, End]:
     return End(zero, zero), End(position, velocity)
 
 
-PARAMETERS = (
-    Parameter("stiffness", "N/m", "stiffness of the fibre", 3e4, lower=10.0, upper=1e7, log=True),
-    Parameter("damping", "N s/m", "damping of the fibre", 20.0, lower=0.0, upper=1e4),
-    Parameter("friction", "N", "Coulomb friction between weight and guide", 4.0, lower=0.0, upper=1e3),
-)
-
 NUISANCES = (
     Parameter("position_zero", "m", "reading of the position channel where the fibre is just taut", 1e-3),
     Parameter("release", "s", "instant at which the weight was let go", 0.1),
@@ -172,13 +166,6 @@ NUISANCES = (
 
 LEAD = 0.1
 """Time in s at rest before the motion of a planned record begins."""
-
-CONDITIONS = (
-    Parameter("weight_mass", "kg", "mass of the weight", math.nan, lower=0.0),
-    Parameter("added_mass", "kg", "mass added to the weight", 0.0, lower=0.0),
-    Parameter("inclination", "rad", "slope of the guide; pi/2 is free fall", math.nan, lower=0.0, upper=math.pi / 2),
-    Parameter("lift", "m", "height above the point where the fibre is just taut", math.nan),
-)
 
 MOST_LIFTS = 8
 """Records of which both lifts are named."""
@@ -461,9 +448,20 @@ CAPABILITIES = frozenset(
 
 _USUAL = Rig(
     kind="fibre_mass",
-    parameters=PARAMETERS,
+    parameters=(
+        Parameter("stiffness", "N/m", "stiffness of the fibre", 3e4, lower=10.0, upper=1e7, log=True),
+        Parameter("damping", "N s/m", "damping of the fibre", 20.0, lower=0.0, upper=1e4),
+        Parameter("friction", "N", "Coulomb friction between weight and guide", 4.0, lower=0.0, upper=1e3),
+    ),
     nuisances=NUISANCES,
-    conditions=CONDITIONS,
+    conditions=(
+        Parameter("weight_mass", "kg", "mass of the weight", math.nan, lower=0.0),
+        Parameter("added_mass", "kg", "mass added to the weight", 0.0, lower=0.0),
+        Parameter(
+            "inclination", "rad", "slope of the guide; pi/2 is free fall", math.nan, lower=0.0, upper=math.pi / 2
+        ),
+        Parameter("lift", "m", "height above the point where the fibre is just taut", math.nan),
+    ),
     capabilities=CAPABILITIES,
     channels=("force", "position"),
     inputs=(),

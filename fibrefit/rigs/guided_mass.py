@@ -172,19 +172,7 @@ def _now(state: GuidedMassState) -> Sliding:
     return Sliding(state.position, state.velocity, jnp.zeros(()), state.bristle)
 
 
-PARAMETERS = (
-    Parameter("mass", "kg", "moving mass", 50.0, lower=1e-3, upper=1e6, log=True),
-    Parameter("friction", "N", "Coulomb friction of the guide", 10.0, lower=0.0, upper=1e5),
-    Parameter("force_offset", "N", "constant force against the direction in which the position grows", 1.0),
-)
-
 ADDED = Parameter("added_mass", "kg", "mass added to the moving one", 0.0, lower=0.0)
-CONDITIONS = (Parameter("gain", "-", "force on the mass per measured force", 1.0, lower=0.0), ADDED)
-START = (
-    Parameter("start_position", "m", "position at the first sample", 0.01),
-    Parameter("start_speed", "m/s", "speed at the first sample", 0.1),
-)
-
 SMOOTH = 0.03
 """Length in s of the stretches over which position is taken for a parabola."""
 FREE_SMOOTH = 0.15
@@ -306,9 +294,13 @@ def _start_at_speed(system: GuidedMass, values: Values, conditions: Values, inpu
 
 _DRIVEN = Rig(
     kind="guided_mass",
-    parameters=PARAMETERS,
+    parameters=(
+        Parameter("mass", "kg", "moving mass", 50.0, lower=1e-3, upper=1e6, log=True),
+        Parameter("friction", "N", "Coulomb friction of the guide", 10.0, lower=0.0, upper=1e5),
+        Parameter("force_offset", "N", "constant force against the direction in which the position grows", 1.0),
+    ),
     nuisances=(),
-    conditions=CONDITIONS,
+    conditions=(Parameter("gain", "-", "force on the mass per measured force", 1.0, lower=0.0), ADDED),
     capabilities=frozenset({Capability.GUIDE, Capability.PUSH, Capability.PLACE}),
     channels=("position",),
     inputs=("force",),
@@ -336,7 +328,10 @@ BY_VELOCITY = replace(
 
 FREE_MASS = replace(
     _DRIVEN,
-    nuisances=START,
+    nuisances=(
+        Parameter("start_position", "m", "position at the first sample", 0.01),
+        Parameter("start_speed", "m/s", "speed at the first sample", 0.1),
+    ),
     conditions=(ADDED,),
     capabilities=frozenset({Capability.GUIDE, Capability.PLACE}),
     inputs=(),

@@ -237,28 +237,6 @@ def _root(square: jax.Array) -> tuple[jax.Array, jax.Array]:
     return square * inverse, inverse
 
 
-PARAMETERS = (
-    Parameter("stiffness", "N/m", "stiffness of each fibre", 8e3, lower=10.0, upper=1e7, log=True),
-    Parameter("damping", "N s/m", "damping of each fibre", 4.0, lower=0.0, upper=1e4),
-)
-
-NUISANCES = (
-    Parameter("start_angle", "rad", "angle of the pendulum at the first sample", 0.05),
-    Parameter("start_rate", "rad/s", "angular velocity of the pendulum at the first sample", 0.5),
-)
-
-CONDITIONS = (
-    Parameter("rod_length", "m", "length of the pendulum", math.nan, lower=0.0),
-    Parameter("rod_mass", "kg", "mass of the pendulum", math.nan, lower=0.0),
-    Parameter("moment_of_inertia", "kg m^2", "moment of inertia about the pivot", math.nan, lower=0.0),
-    Parameter(
-        "attachment_height", "m", "distance from the pivot to where the fibres are attached", math.nan, lower=0.0
-    ),
-    Parameter("anchor_distance", "m", "distance from the pivot to each driven end", math.nan, lower=0.0),
-    Parameter("preload", "N", "tension of both fibres where the rod stands upright", 0.0, lower=0.0),
-)
-
-
 def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> InvertedPendulum:
     """System of one record."""
     return InvertedPendulum(
@@ -313,9 +291,24 @@ def _starting(traces: Sequence[Trace], stated: Stated, initial: Initial) -> Star
 
 INVERTED_PENDULUM = Rig(
     kind="inverted_pendulum",
-    parameters=PARAMETERS,
-    nuisances=NUISANCES,
-    conditions=CONDITIONS,
+    parameters=(
+        Parameter("stiffness", "N/m", "stiffness of each fibre", 8e3, lower=10.0, upper=1e7, log=True),
+        Parameter("damping", "N s/m", "damping of each fibre", 4.0, lower=0.0, upper=1e4),
+    ),
+    nuisances=(
+        Parameter("start_angle", "rad", "angle of the pendulum at the first sample", 0.05),
+        Parameter("start_rate", "rad/s", "angular velocity of the pendulum at the first sample", 0.5),
+    ),
+    conditions=(
+        Parameter("rod_length", "m", "length of the pendulum", math.nan, lower=0.0),
+        Parameter("rod_mass", "kg", "mass of the pendulum", math.nan, lower=0.0),
+        Parameter("moment_of_inertia", "kg m^2", "moment of inertia about the pivot", math.nan, lower=0.0),
+        Parameter(
+            "attachment_height", "m", "distance from the pivot to where the fibres are attached", math.nan, lower=0.0
+        ),
+        Parameter("anchor_distance", "m", "distance from the pivot to each driven end", math.nan, lower=0.0),
+        Parameter("preload", "N", "tension of both fibres where the rod stands upright", 0.0, lower=0.0),
+    ),
     capabilities=frozenset({Capability.FIBRE, Capability.TAUT_POINT}),
     channels=("angle", "force_1", "force_2"),
     inputs=("drive",),

@@ -97,31 +97,6 @@ def _turning(state: PendulumState) -> Sliding:
     return Sliding(state.angle, state.rate, jnp.zeros(()))
 
 
-PARAMETERS = (
-    Parameter(
-        "length",
-        "m",
-        "equivalent length: inertia over mass and distance of its centre",
-        0.5,
-        lower=1e-3,
-        upper=1e3,
-        log=True,
-    ),
-    Parameter("damping", "N m s", "viscous damping of the pivot", 1e-3, lower=0.0, upper=1e6),
-    Parameter("friction", "N m", "Coulomb friction of the pivot", 1e-3, lower=0.0, upper=1e6),
-)
-NUISANCES = (
-    Parameter("angle_zero", "rad", "reading of the angle where the pendulum hangs down", 0.01),
-    Parameter("start_angle", "rad", "angle from hanging down at the first sample", 0.3),
-    Parameter("start_rate", "rad/s", "its rate at the first sample", 0.1),
-)
-CONDITIONS = (
-    Parameter("moment_of_inertia", "kg m^2", "moment of inertia about the pivot", 1.0, lower=0.0),
-    Parameter("mass", "kg", "mass of the pendulum", 0.0, lower=0.0),
-    Parameter("centre_distance", "m", "distance of the centre of mass from the pivot", 0.0, lower=0.0),
-)
-
-
 def _build(values: Values, conditions: Values, laws: tuple[Effect, ...], tension_law: str) -> Pendulum:
     """System of one record; its inertia is that stated where mass and distance, with the length, do not give it."""
     known = conditions["mass"] * conditions["centre_distance"]
@@ -187,9 +162,29 @@ def _swing(trace: Trace) -> tuple[float, ...]:
 
 PENDULUM = Rig(
     kind="pendulum",
-    parameters=PARAMETERS,
-    nuisances=NUISANCES,
-    conditions=CONDITIONS,
+    parameters=(
+        Parameter(
+            "length",
+            "m",
+            "equivalent length: inertia over mass and distance of its centre",
+            0.5,
+            lower=1e-3,
+            upper=1e3,
+            log=True,
+        ),
+        Parameter("damping", "N m s", "viscous damping of the pivot", 1e-3, lower=0.0, upper=1e6),
+        Parameter("friction", "N m", "Coulomb friction of the pivot", 1e-3, lower=0.0, upper=1e6),
+    ),
+    nuisances=(
+        Parameter("angle_zero", "rad", "reading of the angle where the pendulum hangs down", 0.01),
+        Parameter("start_angle", "rad", "angle from hanging down at the first sample", 0.3),
+        Parameter("start_rate", "rad/s", "its rate at the first sample", 0.1),
+    ),
+    conditions=(
+        Parameter("moment_of_inertia", "kg m^2", "moment of inertia about the pivot", 1.0, lower=0.0),
+        Parameter("mass", "kg", "mass of the pendulum", 0.0, lower=0.0),
+        Parameter("centre_distance", "m", "distance of the centre of mass from the pivot", 0.0, lower=0.0),
+    ),
     capabilities=frozenset({Capability.PIVOT}),
     channels=("angle",),
     inputs=(),

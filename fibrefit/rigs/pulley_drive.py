@@ -411,28 +411,6 @@ def _of_rim(rim: Rim) -> Sliding:
     return Sliding(rim.travel, rim.speed, jnp.zeros(()))
 
 
-PARAMETERS = (
-    Parameter("stiffness", "N/m", "stiffness of the fibre", 2e4, lower=10.0, upper=1e7, log=True),
-    Parameter("damping", "N s/m", "damping of the fibre", 25.0, lower=0.0, upper=1e4),
-    Parameter("friction", "N", "Coulomb friction between weight and guide", 4.0, lower=0.0, upper=1e3),
-)
-
-NUISANCES = (
-    Parameter("position_zero", "m", "reading of the position channel where the whole fibre is just taut", 1e-3),
-    Parameter("start_tension", "N", "tension of the fibre before the drive moves", 20.0, lower=0.0, upper=1e5),
-)
-
-CONDITIONS = (
-    Parameter("weight_mass", "kg", "mass of the weight", math.nan, lower=0.0),
-    Parameter("added_mass", "kg", "mass added to the weight", 0.0, lower=0.0),
-    Parameter("inclination", "rad", "slope of the guide", math.nan, lower=0.0, upper=math.pi / 2),
-    Parameter("pulley_diameter", "m", "diameter of the pulley", 0.08, lower=0.0),
-    Parameter("wrap_angle", "rad", "angle over which the fibre lies on the pulley", math.radians(150.0), lower=0.0),
-    Parameter("near_share", "-", "share of the fibre between drive and pulley", 0.5, lower=0.0, upper=1.0),
-    Parameter("lateral_offset", "m", "distance of the weight from the plane of the pulley", 0.0, lower=0.0),
-    Parameter("guide_distance", "m", "distance along the guide to the foot of the pulley", 0.9, lower=0.0),
-)
-
 SMOOTHING = 0.020
 """Window in s over which positions are differentiated."""
 SLIDES = 0.02
@@ -552,17 +530,30 @@ def _planned(conditions: Mapping[str, float]) -> dict[str, float]:
     return {"start_tension": float(-pull.mass * pull.gravity / pull.lever[0])}
 
 
-CAPABILITIES = frozenset(
-    {Capability.FIBRE, Capability.GUIDE, Capability.PULLEY, Capability.DRIVE, Capability.INCLINE, Capability.PLACE}
-)
-
-
 PULLEY_DRIVE = Rig(
     kind="pulley_drive",
-    parameters=PARAMETERS,
-    nuisances=NUISANCES,
-    conditions=CONDITIONS,
-    capabilities=CAPABILITIES,
+    parameters=(
+        Parameter("stiffness", "N/m", "stiffness of the fibre", 2e4, lower=10.0, upper=1e7, log=True),
+        Parameter("damping", "N s/m", "damping of the fibre", 25.0, lower=0.0, upper=1e4),
+        Parameter("friction", "N", "Coulomb friction between weight and guide", 4.0, lower=0.0, upper=1e3),
+    ),
+    nuisances=(
+        Parameter("position_zero", "m", "reading of the position channel where the whole fibre is just taut", 1e-3),
+        Parameter("start_tension", "N", "tension of the fibre before the drive moves", 20.0, lower=0.0, upper=1e5),
+    ),
+    conditions=(
+        Parameter("weight_mass", "kg", "mass of the weight", math.nan, lower=0.0),
+        Parameter("added_mass", "kg", "mass added to the weight", 0.0, lower=0.0),
+        Parameter("inclination", "rad", "slope of the guide", math.nan, lower=0.0, upper=math.pi / 2),
+        Parameter("pulley_diameter", "m", "diameter of the pulley", 0.08, lower=0.0),
+        Parameter("wrap_angle", "rad", "angle over which the fibre lies on the pulley", math.radians(150.0), lower=0.0),
+        Parameter("near_share", "-", "share of the fibre between drive and pulley", 0.5, lower=0.0, upper=1.0),
+        Parameter("lateral_offset", "m", "distance of the weight from the plane of the pulley", 0.0, lower=0.0),
+        Parameter("guide_distance", "m", "distance along the guide to the foot of the pulley", 0.9, lower=0.0),
+    ),
+    capabilities=frozenset(
+        {Capability.FIBRE, Capability.GUIDE, Capability.PULLEY, Capability.DRIVE, Capability.INCLINE, Capability.PLACE}
+    ),
     channels=("force", "position"),
     inputs=("drive",),
     build=_build,

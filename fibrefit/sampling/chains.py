@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -277,32 +277,22 @@ def load_checkpoint(path: Path, starts: list[Chain]) -> list[Chain]:
     return chains
 
 
-@dataclass
 class _Ensemble:
-    """One sampler with the course it has taken so far."""
+    """One sampler with the course it has taken so far, from its start on with random numbers of its own."""
 
-    sampler: EnsembleSampler
-    state: State
-    start: np.ndarray
-    start_log_density: np.ndarray
-    points: list[np.ndarray] = field(default_factory=list)
-    log_density: list[np.ndarray] = field(default_factory=list)
-
-    @classmethod
-    def begun(cls, target: Target, approximation: Approximation, settings: Settings, number: int) -> _Ensemble:
-        """At its start, with random numbers of its own."""
+    def __init__(self, target: Target, approximation: Approximation, settings: Settings, number: int) -> None:
         seeds = np.random.SeedSequence(settings.seed).spawn(settings.ensembles)[number].generate_state(624)
         random = np.random.RandomState(np.random.MT19937())
         random.set_state(("MT19937", seeds.astype(np.uint32), 624, 0, 0.0))
-        start, log_density = approximation.cloud(target.log_density, settings.walkers_for(target.size), random)
+        start, density = approximation.cloud(target.log_density, settings.walkers_for(target.size), random)
         # Fresh draws from the approximation while it is good, moves that need none of it where it is not.
         moves = [(MHMove(approximation.propose), 0.4), (DEMove(), 0.3), (StretchMove(), 0.2), (DEMove(gamma0=1.0), 0.1)]
-        sampler = EnsembleSampler(len(start), target.size, target.log_density, moves=moves, vectorize=True)
-        sampler.random_state = random.get_state()
-        state = State(start, log_prob=log_density, random_state=random.get_state())
-        return cls(sampler, state, start, log_density)
+        self.sampler = EnsembleSampler(len(start), target.size, target.log_density, moves=moves, vectorize=True)
+        self.sampler.random_state = random.get_state()
+        self.resume(Chain(start, density, self.sampler.random_state))
 
     def resume(self, chain: Chain) -> None:
+        self.start, self.start_log_density = chain.start, chain.start_log_density
         self.points, self.log_density = list(chain.points), list(chain.log_density)
         last = (chain.points[-1], chain.log_density[-1]) if self.points else (chain.start, chain.start_log_density)
         self.sampler.random_state = chain.random
@@ -368,11 +358,10 @@ def run_ensembles(
         If the checkpoint belongs to another run.
     """
     began = time.perf_counter()
-    ensembles = [_Ensemble.begun(target, approximation, settings, i) for i in range(settings.ensembles)]
+    ensembles = [_Ensemble(target, approximation, settings, i) for i in range(settings.ensembles)]
     if checkpoint_file is not None and checkpoint_file.exists():
-        for ensemble, chain in zip(
-            ensembles, load_checkpoint(checkpoint_file, [e.chain for e in ensembles]), strict=True
-        ):
+        known = load_checkpoint(checkpoint_file, [e.chain for e in ensembles])
+        for ensemble, chain in zip(ensembles, known, strict=True):
             ensemble.resume(chain)
     keeper = _Keeper(checkpoint_file, settings.checkpoint_seconds)
     with ThreadPoolExecutor(settings.threads) as pool:
