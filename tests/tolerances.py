@@ -102,7 +102,7 @@ REASONS: dict[str, dict[str, str]] = {
     },
     "series.meta_analysis": {"CLOSE": ENDS},
     "simulation.sensitivity": {"1e-12": ROUNDING, "MANY": WORK},
-    "simulation.pieces": {"ARCS": WORK},
+    "simulation.sensing": {"ARCS": WORK},
     "simulation.switched": {
         "ARCS": WORK,
         "SWITCHES_A_STEP": WORK,
