@@ -51,9 +51,6 @@ from fibrefit.problem.inputs.sensitivities import (
     StepLikelihood,
     sensitivities_of,
     step_likelihood,
-    weighted_sensitivities,
-    whitened_sensitivities,
-    without_input_errors,
 )
 from fibrefit.problem.linear_model.normal_equations import Arrowhead, PosteriorMode, ScoreTest
 from fibrefit.problem.linear_model.unknowns import DIFFERENCE_STEP, Gram, Place, Unknowns
@@ -103,7 +100,7 @@ __all__ = [
     "log_probability", "mixture_quantile", "mode", "no_errors", "noise_of_residuals", "noise_of_steps",
     "normal_equations", "parameter_slots", "periodogram", "products_of_spectra", "record_wise_start",
     "refuse_contradictory", "same_noise", "samples_about", "sensitivities_of", "stated_numbers", "step_likelihood",
-    "trace_of", "unbroken", "unit_of", "weighted_sensitivities", "whitened_sensitivities", "whitening_of", "whittle",
-    "with_best_input_errors", "with_noise_before_rounding", "with_steps", "without_input_errors", "without_lines",
+    "trace_of", "unbroken", "unit_of", "whitening_of", "whittle", "with_best_input_errors",
+    "with_noise_before_rounding", "with_steps", "without_lines",
 ]
 # fmt: on

@@ -16,7 +16,7 @@ from fibrefit.discovery.model.finding import Choice, separation
 from fibrefit.discovery.search.search import Search
 from fibrefit.discovery.search.setup import set_up
 from fibrefit.laws.catalogue import CATALOGUE
-from fibrefit.problem.inputs.sensitivities import Directions, InputSensitivities, whitened_sensitivities
+from fibrefit.problem.inputs.sensitivities import Directions, InputSensitivities
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.discovery import worded_separation
 from tests.discovery.made import BASE, differing
@@ -100,7 +100,7 @@ def test_a_rival_is_seen_with_the_errors_of_inputs_that_it_was_found_with(search
     seen = Contest.between(search, *models).supermodel
     assert seen.whitening is search.inference.common_noise.whitening
     assert seen.sensitivities is not None
-    expected = whitened_sensitivities(own, seen.whitening).records[0].rows
+    expected = own.through(seen.whitening).records[0].rows
     np.testing.assert_array_equal(seen.sensitivities.records[0].rows, expected)
     assert not seen.sensitivities.offset.any()
 

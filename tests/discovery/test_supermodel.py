@@ -29,7 +29,7 @@ from fibrefit.discovery.search.setup import prepared_search
 from fibrefit.laws.catalogue import CATALOGUE, find_effect
 from fibrefit.problem.formulation import formulate
 from fibrefit.problem.inputs.errors_in_variables import expanded, input_errors, no_errors
-from fibrefit.problem.inputs.sensitivities import sensitivities_of, weighted_sensitivities, without_input_errors
+from fibrefit.problem.inputs.sensitivities import InputSensitivities, sensitivities_of
 from fibrefit.problem.linear_model.view import with_best_input_errors
 from fibrefit.problem.noise.coloured import BlockFilter
 from fibrefit.problem.noise.spectrum import Noise
@@ -67,9 +67,9 @@ def test_best_errors_and_costs_are_those_of_the_elimination(task: Task) -> None:
     # A little beside the values the sensitivities are those of.
     values = task.start * 1.0002
     parts = expanded(task.problem, known, values, quiet)
-    whole = weighted_sensitivities(quiet, [rows for _, _, rows in parts], sensitivities.downweight)
+    whole = InputSensitivities.of(quiet, [rows for _, _, rows in parts], sensitivities.downweight)
     left = np.stack([residuals for residuals, _, _ in parts]) * sensitivities.downweight
-    kept, waves = without_input_errors(whole, left.reshape(len(parts), 1, -1))
+    kept, waves = whole.split(left.reshape(len(parts), 1, -1))
     supermodel = supermodel_of(task, (), sensitivities)
     local = np.asarray(task.problem.layout.local(values))
     search: Any = SimpleNamespace(context=SimpleNamespace(whole=task.counts[-1]))
@@ -125,7 +125,7 @@ def coloured(task: Task) -> tuple[Noise, ...]:
 
 def whitened(whitening: BlockFilter, rows: np.ndarray) -> np.ndarray:
     """Rows ``(n_row, n_record, n_channel * n_time)``."""
-    shape = (*rows.shape[:2], whitening.channels, -1)
+    shape = (*rows.shape[:2], whitening.taps.shape[2], -1)
     return np.asarray(whitening.whiten_rows(jnp.asarray(rows.reshape(shape)))).reshape(rows.shape)
 
 

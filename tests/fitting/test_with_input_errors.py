@@ -27,7 +27,7 @@ from fibrefit.fitting.search.optimum import (
 from fibrefit.fitting.search.starts import HorizonSchedule
 from fibrefit.problem.formulation import formulate
 from fibrefit.problem.inputs.errors_in_variables import error_rms, expanded, input_errors, no_errors
-from fibrefit.problem.inputs.sensitivities import weighted_sensitivities
+from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.simulation.model import Model
 from fibrefit.study import load_study
@@ -171,8 +171,8 @@ def test_readings_up_to_an_instant_tell_what_they_would_tell_without_the_others(
     shape = (1, len(task.problem.model.rig.channels), rows[0].shape[1] // len(task.problem.model.rig.channels))
     weight = np.random.default_rng(1).uniform(0.5, 1.0, shape)
     count = shape[-1] // 3
-    shorter = weighted_sensitivities(waves, rows, weight).until([count])
-    wanted = weighted_sensitivities(waves, rows, np.where(np.arange(shape[-1]) < count, weight, 0.0))
+    shorter = InputSensitivities.of(waves, rows, weight).until([count])
+    wanted = InputSensitivities.of(waves, rows, np.where(np.arange(shape[-1]) < count, weight, 0.0))
     np.testing.assert_array_equal(shorter.downweight, wanted.downweight)
     np.testing.assert_allclose(shorter.offset, wanted.offset, rtol=1e-9, atol=1e-9)
     seen = np.where(np.arange(shape[-1]) < count, np.random.default_rng(2).standard_normal((1, 3, *shape[1:])), 0.0)

@@ -11,7 +11,7 @@ import pytest
 from scipy.linalg import toeplitz
 
 from fibrefit.problem.estimate.gls import HausmanTest
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities
+from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.noise.whitening import Whitening
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.problem import Linearised
@@ -48,7 +48,7 @@ def made(small: tuple[Task, np.ndarray]) -> SimpleNamespace:
 
 
 def seen(waves: np.ndarray) -> InputSensitivities:
-    return weighted_sensitivities({"drive": np.zeros((2, WAVES))}, list(waves), np.ones((2, 2, SAMPLES)))
+    return InputSensitivities.of({"drive": np.zeros((2, WAVES))}, list(waves), np.ones((2, 2, SAMPLES)))
 
 
 def covariance_of(whitening: Whitening, waves: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ from fibrefit.problem.inputs.errors_in_variables import (
     smoothed_cosines,
     stacked_weights,
 )
-from fibrefit.problem.inputs.sensitivities import NEGLIGIBLE, weighted_sensitivities, without_input_errors
+from fibrefit.problem.inputs.sensitivities import NEGLIGIBLE, InputSensitivities
 from fibrefit.problem.inputs.smoothing import smoothed, smoother
 from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.task import Task
@@ -181,9 +181,9 @@ def test_elimination_is_that_of_the_joint_least_squares(
     quiet = no_errors(known)
     parts = expanded(task.problem, known, task.start, quiet)
     whole = np.ones((len(parts), *parts[0][0].shape))
-    seen = weighted_sensitivities(quiet, [rows for _, _, rows in parts], whole)
+    seen = InputSensitivities.of(quiet, [rows for _, _, rows in parts], whole)
     rows = np.stack([np.concatenate([slopes, residuals.reshape(1, -1)]) for residuals, slopes, _ in parts])
-    left, waves = without_input_errors(seen, rows)
+    left, waves = seen.split(rows)
     for r, (_, _, sensitivities) in enumerate(parts):
         # Errors are held by a prior of variance one: rows below those of the readings.
         columns = np.concatenate([sensitivities.T, np.eye(len(sensitivities))])
@@ -199,9 +199,9 @@ def test_about_other_errors_readings_without_any_are_predicted_anew(task: Task, 
     quiet = no_errors(known)
     parts = expanded(task.problem, known, task.start, quiet)
     rows, whole = [rows for _, _, rows in parts], np.ones((len(parts), *parts[0][0].shape))
-    seen, random = weighted_sensitivities(quiet, rows, whole), np.random.default_rng(5)
+    seen, random = InputSensitivities.of(quiet, rows, whole), np.random.default_rng(5)
     there = seen.named([random.standard_normal(len(record.rows)) for record in seen.records])
-    moved, anew = seen.about(there), weighted_sensitivities(there, rows, whole)
+    moved, anew = seen.about(there), InputSensitivities.of(there, rows, whole)
     size = np.abs(anew.offset).max()
     assert size > 1.0
     np.testing.assert_allclose(moved.offset / size, anew.offset / size, atol=SINGLE)
@@ -216,16 +216,16 @@ def test_directions_that_the_readings_hardly_show_are_left_to_the_noise(
     quiet = no_errors(known)
     parts = expanded(task.problem, known, task.start, quiet)
     reactions, whole = [rows for _, _, rows in parts], np.ones((len(parts), *parts[0][0].shape))
-    most = weighted_sensitivities(quiet, reactions, whole)
+    most = InputSensitivities.of(quiet, reactions, whole)
     monkeypatch.setattr(*EVERY_DIRECTION)
-    every = weighted_sensitivities(quiet, reactions, whole)
+    every = InputSensitivities.of(quiet, reactions, whole)
     numbers = np.array([[len(record.inverse) for record in seen.records] for seen in (every, most)])
     assert np.all(numbers[1] < 0.8 * numbers[0])
     random = np.random.default_rng(5)
     rows = random.standard_normal((len(parts), 3, whole[0].size))
     costs = []
     for seen in (every, most):
-        left, waves = without_input_errors(seen, rows)
+        left, waves = seen.split(rows)
         costs.append(np.sum(left**2, axis=-1) + np.sum(waves**2, axis=-1))
     # Of noise each direction that is left out would have taken less than a share of one.
     lost = costs[1] - costs[0]
@@ -247,7 +247,7 @@ def drawn_reactions(random: np.random.Generator, size: int) -> np.ndarray:
 def test_readings_whitened_of_the_errors_of_inputs_are_those_of_the_symmetric_root() -> None:
     random, size = np.random.default_rng(8), 300
     reactions = drawn_reactions(random, size)
-    seen = weighted_sensitivities({"drive": np.zeros((1, 40))}, [reactions], np.ones((1, 2, size)))
+    seen = InputSensitivities.of({"drive": np.zeros((1, 40))}, [reactions], np.ones((1, 2, size)))
     rows = random.standard_normal((1, 3, 2 * size))
     white = seen.whitened(rows, seen.products(rows))
     shown = seen.records[0].basis @ seen.records[0].basis.T @ reactions
@@ -261,7 +261,7 @@ def test_scores_scatter_as_their_information_says_whatever_of_a_change_the_input
     """Of readings with noise and errors of the input; the control takes what these leave of rows for the whole."""
     random, size = np.random.default_rng(9), 640
     reactions = drawn_reactions(random, size)
-    seen = weighted_sensitivities({"drive": np.zeros((1, 40))}, [reactions], np.ones((1, 2, size)))
+    seen = InputSensitivities.of({"drive": np.zeros((1, 40))}, [reactions], np.ones((1, 2, size)))
     found: dict[str, list[float]] = {"whitened": [], "without_errors": []}
     for _ in range(200):
         readings = random.standard_normal(2 * size) + random.standard_normal(40) @ reactions
@@ -282,7 +282,7 @@ def test_each_record_has_its_own_directions_and_is_held_as_far_as_it_counts(
     parts = expanded(task.problem, known, task.start, quiet)
     weight = np.ones((len(parts), *parts[0][0].shape))
     weight[0, :, 100:] = 0.0
-    seen = weighted_sensitivities(quiet, [rows for _, _, rows in parts], weight)
+    seen = InputSensitivities.of(quiet, [rows for _, _, rows in parts], weight)
     first, *others = seen.records
     assert first.rows.shape[2] == 100
     assert all(len(first.inverse) < 0.5 * len(other.inverse) for other in others)
@@ -301,8 +301,8 @@ def test_each_record_has_its_own_directions_and_is_held_as_far_as_it_counts(
 def test_the_best_errors_lower_the_cost_as_predicted(task: Task, known: dict[str, InputErrors]) -> None:
     parts = expanded(task.problem, known, task.start, no_errors(known))
     residuals = np.stack([residuals for residuals, _, _ in parts])
-    seen = weighted_sensitivities(no_errors(known), [rows for _, _, rows in parts], np.ones(residuals.shape))
-    left, waves = without_input_errors(seen, residuals.reshape(len(parts), 1, -1))
+    seen = InputSensitivities.of(no_errors(known), [rows for _, _, rows in parts], np.ones(residuals.shape))
+    left, waves = seen.split(residuals.reshape(len(parts), 1, -1))
     after = np.asarray(corrected(task.problem, known, {"drive": -waves[:, 0]}).residuals(jnp.asarray(task.start)))
     before, cost = np.sum(residuals**2), np.sum(after**2) + np.sum(waves**2)
     predicted_reduction = before - np.sum(left**2) - np.sum(waves**2)

@@ -11,7 +11,6 @@ from fibrefit.problem.inputs.sensitivities import (
     InputSensitivities,
     StepLikelihood,
     step_likelihood,
-    weighted_sensitivities,
 )
 from fibrefit.problem.statement.observations import Steps, step_residuals
 
@@ -41,7 +40,7 @@ def _seen(signal: np.ndarray, errors: np.ndarray, random: np.random.Generator) -
 
 def _fine() -> InputSensitivities:
     rows = _waves() / LEVEL
-    return weighted_sensitivities({"drive": np.zeros((1, len(rows)))}, [rows], np.ones((1, 2, len(TIMES))))
+    return InputSensitivities.of({"drive": np.zeros((1, len(rows)))}, [rows], np.ones((1, 2, len(TIMES))))
 
 
 def _likelihood(residuals: np.ndarray, fine: InputSensitivities | None) -> StepLikelihood:

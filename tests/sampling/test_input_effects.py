@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, weighted_sensitivities, whitened_sensitivities
+from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.linear_model.view import View
 from fibrefit.problem.noise.whitening import Levelled
 from fibrefit.problem.statement.problem import Linearised
@@ -56,7 +56,7 @@ def records() -> Records:
 
 
 def sensitivities_of(records: Records) -> InputSensitivities:
-    return weighted_sensitivities({"drive": records.about}, list(records.waves), np.ones((RECORDS, 2, SAMPLES)))
+    return InputSensitivities.of({"drive": records.about}, list(records.waves), np.ones((RECORDS, 2, SAMPLES)))
 
 
 def seen_of(records: Records) -> View:
@@ -69,7 +69,7 @@ def seen_of(records: Records) -> View:
         return Linearised(records.residuals(local, records.about), slopes), None
 
     problem = SimpleNamespace(evaluate=followed, layout=SimpleNamespace(local_free=(0, 1, 2)))
-    return View(cast(Any, problem), whitening, whitened_sensitivities(raw, whitening), raw)
+    return View(cast(Any, problem), whitening, raw.through(whitening), raw)
 
 
 def likelihood() -> Likelihood:

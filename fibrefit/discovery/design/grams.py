@@ -26,7 +26,7 @@ from fibrefit.discovery.engine.thresholds import UNIQUE
 from fibrefit.discovery.model.finding import Choice
 from fibrefit.discovery.search.search import Search
 from fibrefit.laws.law import Effect
-from fibrefit.problem import Observations, whitened_sensitivities
+from fibrefit.problem import Observations
 
 LITTLE = 0.01
 """Share of strengths that spoil no motion, for what is compared without a strength that is requested."""
@@ -150,7 +150,7 @@ def read_exactly(supermodel: Supermodel, beside: Beside) -> Supermodel:
     """The same of one that is not whitened, in the noise of the records at hand."""
     reacting, whitening = supermodel.sensitivities, beside.whitening
     if reacting is not None and whitening is not None:
-        reacting = whitened_sensitivities(reacting, whitening)
+        reacting = reacting.through(whitening)
     return replace(exactly(replace(supermodel, sensitivities=reacting)), whitening=whitening)
 
 

@@ -17,7 +17,6 @@ from fibrefit.problem import (
     in_blocks,
     noise_of_steps,
     step_likelihood,
-    whitened_sensitivities,
     whitening_of,
     with_steps,
 )
@@ -92,7 +91,7 @@ def common_noise_of(
     whitening = in_blocks(whitening_of(problem, noise))
     sensitivities = supermodel.sensitivities if in_steps is None else in_steps.sensitivities
     if sensitivities is not None:
-        sensitivities = whitened_sensitivities(sensitivities, whitening)
+        sensitivities = sensitivities.through(whitening)
     return CommonNoise(noise, whitening, sensitivities, in_steps)
 
 

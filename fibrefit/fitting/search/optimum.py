@@ -54,8 +54,6 @@ from fibrefit.problem import (
     mode,
     no_errors,
     samples_about,
-    weighted_sensitivities,
-    without_input_errors,
 )
 from fibrefit.study.summaries.results import InputErrorSummary
 
@@ -385,7 +383,7 @@ def _seen_with(
 ) -> View:  # fmt: skip
     """Records with the errors of their inputs eliminated, given what these do."""
     downweight = downweights(problem, known, values, coefficients, rows, roots)
-    return _view(problem, known, weighted_sensitivities(coefficients, rows, downweight))
+    return _view(problem, known, InputSensitivities.of(coefficients, rows, downweight))
 
 
 def _view(problem: Problem, known: Mapping[str, InputErrors], seen: InputSensitivities) -> View:
@@ -528,7 +526,7 @@ def optimum(task: Task, values: np.ndarray, ended: Ended | None = None) -> Optim
     linear, counts = found.problem.linearised_at(local), np.asarray(found.problem.observations.experiment.count)
     residuals = np.asarray(linear.residuals) * weights
     slopes = np.moveaxis(np.asarray(linear.slopes) * weights[..., None], -1, 1)
-    left, waves = without_input_errors(found.sensitivities, slopes.reshape(*slopes.shape[:2], -1))
+    left, waves = found.sensitivities.split(slopes.reshape(*slopes.shape[:2], -1))
     slopes = np.moveaxis(left.reshape(slopes.shape), 1, -1)
     # Errors of inputs that are fitted take some of the readings' noise with them: it is put back.
     whole = residuals / np.where(shares > 0.0, shares, 1.0)[:, :, None]

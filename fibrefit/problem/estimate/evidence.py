@@ -164,11 +164,6 @@ def grid_over(axes: Sequence[SigmaAxis]) -> tuple[np.ndarray, np.ndarray]:
     return grid, np.log(np.where(alike, AGREE, (1.0 - AGREE) * share / (1.0 - ALONE ** len(axes))))
 
 
-def extended_in(axes: Sequence[SigmaAxis]) -> list[int]:
-    """Parameters whose standard deviations go on to those of `EXTENSION`."""
-    return [i for i, axis in enumerate(axes) if axis.levels[-1] >= EXTENSION[-1]]
-
-
 def finest_step(records: int) -> float:
     """Step of the logarithm that a grid needs at the most, of so many records."""
     return WIDEST_STEP / float(np.sqrt(2.0 * max(records - 1, 1)))
@@ -389,7 +384,7 @@ class MarginalLikelihood:
 
     def between_records_checks(self) -> list[Check]:
         """Whether the records differ by no more than is looked for at the most; nothing where nobody has to ask."""
-        further = extended_in(self.axes)
+        further = [i for i, axis in enumerate(self.axes) if axis.levels[-1] >= EXTENSION[-1]]
         if not further:
             return []
         told, unknowns = self.last_level_ratios, self.mode.unknowns

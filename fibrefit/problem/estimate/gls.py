@@ -19,7 +19,7 @@ from scipy.special import chdtrc
 
 from fibrefit.core.arrays import assembled, gathered
 from fibrefit.core.matrices import pseudo_inverse
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
+from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.noise.spectrum import half_weights, products_of_spectra
 from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
 from fibrefit.problem.statement.layout import Layout, normal_equations
@@ -157,7 +157,7 @@ class HausmanTest:
         middle = assembled(scattered(slopes, *noise) + by_errors, columns, size) + prior
         levelled = Levelled(noise[0], jnp.asarray(noise[1]))
         white = np.moveaxis(np.asarray(innovations(levelled, rows)), -1, 1).reshape(flat.shape)
-        kept = whitened_sensitivities(seen, levelled).without_errors(white)
+        kept = seen.through(levelled).without_errors(white)
         covariance = pseudo_inverse(normal(white[:, :-1], kept[:, :-1]) + prior)
         further = -covariance @ (gradient(white[:, :-1], kept[:, -1]) + pull)
         return cls.of(further - step, bread @ middle @ bread, covariance)

@@ -115,6 +115,28 @@ class InputSensitivities(NamedTuple):
     records: tuple[Directions, ...]
     far: bool = False
 
+    @classmethod
+    def of(
+        cls, coefficients: InputCoefficients, rows: Sequence[np.ndarray], downweight: np.ndarray
+    ) -> InputSensitivities:
+        """From sensitivities of each record, and factors on the weights of its samples.
+
+        Parameters
+        ----------
+        coefficients : mapping of input to (n_record, n_coef)
+        rows : sequence of (n_coef, n_channel * n_time)
+            See `expanded`.
+        downweight : (n_record, n_channel, n_time)
+        """
+
+        def one(row: np.ndarray, part: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, Directions]:
+            weighted = part * weight.ravel()
+            return -row @ weighted, _directions(weighted.reshape(len(part), len(weight), -1))
+
+        errors = np.concatenate(list(coefficients.values()), axis=1)
+        offsets, found = zip(*for_each(one, errors, rows, np.asarray(downweight)), strict=True)
+        return cls(coefficients, downweight, np.stack(offsets), tuple(found))
+
     def roots(self) -> list[np.ndarray]:
         """Of the covariance of what is not known of the coefficients, ``(n_coef, n_coef)`` for each record."""
         found = []
@@ -166,6 +188,32 @@ class InputSensitivities(NamedTuple):
         parts = zip(self.records, rows, known, strict=True)
         return np.stack([own - record.imitated(of @ record.inverse, own.shape[1]) for record, own, of in parts])
 
+    def split(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """What of rows no error of the inputs can imitate, and the coefficients of the errors that imitate the rest.
+
+        Parameters
+        ----------
+        rows : (n_record, n_row, n_channel * n_time)
+            In units of the noise, `downweight` included.
+
+        Returns
+        -------
+        ((n_record, n_row, n_channel * n_time), (n_record, n_row, n_coef))
+        """
+        products = self.products(rows)
+        known = zip(self.records, products, strict=True)
+        coefficients = np.array([own @ record.inverse @ record.basis.T for record, own in known])
+        return self.without_errors(rows, products), coefficients
+
+    def through(self, whitening: Whitening | BlockFilter) -> InputSensitivities:
+        """Sensitivities seen through a whitening; what they are before it is not changed."""
+
+        def one(record: Directions, rows: np.ndarray) -> Directions:
+            return record._replace(rows=rows, inverse=_inverse(rows.reshape(len(rows), -1)))
+
+        white = _whitened(whitening, [record.rows for record in self.records])
+        return self._replace(records=tuple(for_each(one, self.records, white)))
+
     def whitened(self, rows: np.ndarray, products: Sequence[np.ndarray]) -> np.ndarray:
         """Rows ``(n_record, n_row, n_channel * n_time)`` whitened of the errors of the inputs, given their products.
 
@@ -213,29 +261,7 @@ def sensitivities_of(
         downweight = np.minimum.accumulate(
             np.broadcast_to(downweight.min(axis=1, keepdims=True), downweight.shape), axis=-1
         )
-    return weighted_sensitivities(coefficients, rows, downweight)._replace(far=far)
-
-
-def weighted_sensitivities(
-    coefficients: InputCoefficients, rows: Sequence[np.ndarray], downweight: np.ndarray
-) -> InputSensitivities:
-    """From sensitivities of each record, and factors on the weights of its samples.
-
-    Parameters
-    ----------
-    coefficients : mapping of input to (n_record, n_coef)
-    rows : sequence of (n_coef, n_channel * n_time)
-        See `expanded`.
-    downweight : (n_record, n_channel, n_time)
-    """
-
-    def one(row: np.ndarray, part: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, Directions]:
-        weighted = part * weight.ravel()
-        return -row @ weighted, _directions(weighted.reshape(len(part), len(weight), -1))
-
-    errors = np.concatenate(list(coefficients.values()), axis=1)
-    offsets, found = zip(*for_each(one, errors, rows, np.asarray(downweight)), strict=True)
-    return InputSensitivities(coefficients, downweight, np.stack(offsets), tuple(found))
+    return InputSensitivities.of(coefficients, rows, downweight)._replace(far=far)
 
 
 def _directions(rows: np.ndarray) -> Directions:
@@ -263,35 +289,6 @@ def _inverse(rows: np.ndarray) -> np.ndarray:
     unit = (rows / np.where(size > 0.0, size, 1.0)[:, None]).astype(rows.dtype)
     gram = (unit @ unit.T).astype(float) * size[:, None] * size
     return np.asarray(np.linalg.inv(gram + np.eye(len(gram))))
-
-
-def without_input_errors(sensitivities: InputSensitivities, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What of some rows no error of the inputs can imitate, and the coefficients of the errors that imitate the rest.
-
-    Parameters
-    ----------
-    sensitivities : InputSensitivities
-    rows : (n_record, n_row, n_channel * n_time)
-        In units of the noise, `downweight` included.
-
-    Returns
-    -------
-    ((n_record, n_row, n_channel * n_time), (n_record, n_row, n_coef))
-    """
-    products = sensitivities.products(rows)
-    known = zip(sensitivities.records, products, strict=True)
-    coefficients = np.array([own @ record.inverse @ record.basis.T for record, own in known])
-    return sensitivities.without_errors(rows, products), coefficients
-
-
-def whitened_sensitivities(sensitivities: InputSensitivities, whitening: Whitening | BlockFilter) -> InputSensitivities:
-    """Sensitivities seen through a whitening; what they are before it is not changed."""
-
-    def one(record: Directions, rows: np.ndarray) -> Directions:
-        return record._replace(rows=rows, inverse=_inverse(rows.reshape(len(rows), -1)))
-
-    white = _whitened(whitening, [record.rows for record in sensitivities.records])
-    return sensitivities._replace(records=tuple(for_each(one, sensitivities.records, white)))
 
 
 def _whitened(whitening: Any, records: Sequence[np.ndarray]) -> list[np.ndarray]:

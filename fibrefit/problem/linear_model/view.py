@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import jax
 import jax.numpy as jnp
@@ -12,23 +11,15 @@ import numpy as np
 from fibrefit.core.limits import check_time
 from fibrefit.core.programs import kept_program
 from fibrefit.problem.inputs.errors_in_variables import InputCoefficients
-from fibrefit.problem.inputs.sensitivities import InputSensitivities, whitened_sensitivities
+from fibrefit.problem.inputs.sensitivities import InputSensitivities
 from fibrefit.problem.linear_model.normal_equations import PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Gram, Unknowns
 from fibrefit.problem.noise.coloured import Coloured
-from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
+from fibrefit.problem.noise.whitening import Levelled, innovations
 from fibrefit.problem.statement.problem import Problem
 
 DRAWS_OF_ERRORS = 4
 """Of the errors of inputs, so that the noise they take with them when they are fitted is put back."""
-
-
-class RowWhitening(Whitening, Protocol):
-    """A whitening of many residuals at once."""
-
-    def whiten_rows(self, rows: jax.Array) -> jax.Array:
-        """Innovations of ``(n_row, n_record, n_channel, n_time)``."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -39,7 +30,7 @@ class View:
     ----------
     problem : Problem
         Errors found before taken off its inputs.
-    whitening : RowWhitening or None
+    whitening : Coloured, Levelled or None
         None: each sample by itself.
     sensitivities : InputSensitivities or None
         To errors of measured inputs, whitened.
@@ -50,14 +41,14 @@ class View:
     """
 
     problem: Problem
-    whitening: RowWhitening | None = None
+    whitening: Coloured | Levelled | None = None
     sensitivities: InputSensitivities | None = None
     raw: InputSensitivities | None = None
     beforehand: View | None = None
 
     def through(self, whitening: Coloured | Levelled) -> View:
         """The same through another whitening."""
-        sensitivities = None if self.raw is None else whitened_sensitivities(self.raw, whitening)
+        sensitivities = None if self.raw is None else self.raw.through(whitening)
         return replace(self, whitening=whitening, sensitivities=sensitivities)
 
     def gram(self, unknowns: Unknowns) -> Gram:
@@ -150,7 +141,7 @@ def gaussian_draws(best: np.ndarray, root: np.ndarray, draws: int, random: np.ra
 
 
 @kept_program
-def _whitened(whitening: RowWhitening, rows: jax.Array) -> jax.Array:
+def _whitened(whitening: Coloured | Levelled, rows: jax.Array) -> jax.Array:
     """Innovations of ``(n_record, n_row, n_channel, n_time)``."""
     return jnp.moveaxis(whitening.whiten_rows(jnp.moveaxis(rows, 1, 0)), 0, 1)
 

@@ -119,11 +119,6 @@ class Coloured(eqx.Module):
         return slice(self.along.shape[-1] - self.lines)
 
     @property
-    def channels(self) -> int:
-        """Number of channels."""
-        return self.gain.shape[2]
-
-    @property
     def log_scale(self) -> jax.Array:
         """Sum of the logarithms of the innovations' standard deviations over all valid samples."""
         valid = self.inverse_scale > 0.0
@@ -260,11 +255,6 @@ class BlockFilter(eqx.Module):
     onto: jax.Array
     drive: jax.Array
     carry: jax.Array
-
-    @property
-    def channels(self) -> int:
-        """Number of channels."""
-        return self.taps.shape[2]
 
     def of_records(self, records: Sequence[int]) -> BlockFilter:
         """The filter of other records, each like one of these, whose places are given."""

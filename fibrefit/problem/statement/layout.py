@@ -69,10 +69,6 @@ class Range:
         """Value on the scale it is moved on: its logarithm, or the value in units of `scale`."""
         return functions_for(value).log(value / self.scale) if self.log else value / self.scale
 
-    def from_line(self, position: Any) -> Any:
-        """Inverse of `line`."""
-        return functions_for(position).exp(position) * self.scale if self.log else position * self.scale
-
     def value(self, free: Any) -> Any:
         """Value in SI units of a free coordinate.
 
@@ -93,7 +89,8 @@ class Range:
             position = high - xp.sqrt(free**2 + 1.0) + 1.0
         else:
             position = free
-        return self.from_line(position)
+        # Back from `line`.
+        return xp.exp(position) * self.scale if self.log else position * self.scale
 
     def free(self, value: Any) -> Any:
         """Free coordinate of a value; one nearer to a limit than `NUDGE` is put that far off, for want of a slope."""

@@ -283,15 +283,9 @@ class Problem(eqx.Module):
 
         Not inside compiled programs.
         """
-        return self._of_samples(slice(samples), np.minimum(np.asarray(self.observations.experiment.count), samples))
-
-    def thinned(self, every: int) -> Problem:
-        """The problem of one of `every` samples of each record, the first among them; not inside compiled programs."""
-        return self._of_samples(slice(None, None, every), -(-np.asarray(self.observations.experiment.count) // every))
-
-    def _of_samples(self, some: slice, count: np.ndarray) -> Problem:
         data = self.observations
-        cut = partial(jax.tree.map, lambda rows: jax.device_put(np.asarray(rows)[:, some]))
+        count = np.minimum(np.asarray(data.experiment.count), samples)
+        cut = partial(jax.tree.map, lambda rows: jax.device_put(np.asarray(rows)[:, :samples]))
         experiment = data.experiment._replace(
             times=cut(data.experiment.times), count=jax.device_put(count), inputs=cut(data.experiment.inputs)
         )
