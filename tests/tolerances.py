@@ -56,7 +56,7 @@ REASONS: dict[str, dict[str, str]] = {
     "problem.inputs.smoothing": {"3.0": WORK, "MOST_CORNERS": WORK, "0.01": ENDS},
     "problem.noise.readings": {"5.0": FORMULA},
     "problem.noise.rounding": {"12.0": FORMULA, "CHANGED": ENDS},
-    "problem.noise.spectrum": {"1000000000.0": ENDS, "1e-09": ENDS},
+    "core.spectra": {"1000000000.0": ENDS, "1e-09": ENDS},
     "problem.noise.whittle": {"LINES": WORK, "0.9": FORMULA, "LOUDEST_LOADED": FORMULA, "1e-300": ROUNDING},
     "problem.statement.observations": {"NEAR": ROUNDING},
     "records.build": {"1e-09": ROUNDING},

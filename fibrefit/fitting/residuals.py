@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import chdtri, fdtri
 
 from fibrefit.core.declarations import HELD, PHASES
+from fibrefit.core.spectra import MAINS, periodogram
 from fibrefit.fitting.result import Found, Gap
 from fibrefit.fitting.thresholds import (
     CHANCE,
@@ -28,18 +29,7 @@ from fibrefit.fitting.thresholds import (
     STATE_CELLS,
     STATE_SHARE,
 )
-from fibrefit.problem import (
-    BESIDE_MAINS,
-    CLEAR,
-    MAINS,
-    Motion,
-    Noise,
-    Problem,
-    ResidualSet,
-    Task,
-    periodogram,
-    unbroken,
-)
+from fibrefit.problem import BESIDE_MAINS, CLEAR, Motion, Noise, Problem, ResidualSet, Task, unbroken
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.study.summaries.results import ChannelGap
 

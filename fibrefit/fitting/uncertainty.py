@@ -22,8 +22,9 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from fibrefit.core.arrays import assembled, gathered
 from fibrefit.core.matrices import equilibrated, least_squares, scale_of
+from fibrefit.core.spectra import half_weights, periodogram, products_of_spectra, whittle
 from fibrefit.fitting.thresholds import BLIND_PART
-from fibrefit.problem import Linearised, Problem, half_weights, periodogram, products_of_spectra, whittle
+from fibrefit.problem import Linearised, Problem
 
 MEMORY = 1.0 / 8.0
 """Longest correlation allowed for, as a share of a record: the slow noise of a logger has no time scale of its own."""

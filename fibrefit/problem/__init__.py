@@ -64,15 +64,7 @@ from fibrefit.problem.linear_model.view import (
 from fibrefit.problem.noise.coloured import BlockFilter, in_blocks
 from fibrefit.problem.noise.readings import unbroken
 from fibrefit.problem.noise.rounding import same_noise, with_noise_before_rounding, with_steps
-from fibrefit.problem.noise.spectrum import (
-    MAINS,
-    Noise,
-    half_weights,
-    periodogram,
-    products_of_spectra,
-    whittle,
-    without_lines,
-)
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import (
     Levelled,
     Whitening,
@@ -89,18 +81,17 @@ from fibrefit.problem.thresholds import BALANCE, BESIDE_MAINS, CLEAR, GAP_OF_NOI
 # fmt: off
 __all__ = [
     "BALANCE", "BESIDE_MAINS", "CLEAR", "DIFFERENCE_STEP", "DRAWS_OF_ERRORS", "GAP_OF_NOISE", "INSIDE_95",
-    "LAST_LEVEL_RATIO", "LENGTH_STEP", "MAINS", "NOTICEABLE_FALL", "ROUGH_TOLERANCE", "SIGMA_LEVELS", "STANDING",
-    "UNLIKELY", "Arrowhead", "Belief", "BlockFilter", "Effort", "ForceBalance", "Gram", "Gravity", "HausmanTest",
+    "LAST_LEVEL_RATIO", "LENGTH_STEP", "NOTICEABLE_FALL", "ROUGH_TOLERANCE", "SIGMA_LEVELS", "STANDING", "UNLIKELY",
+    "Arrowhead", "Belief", "BlockFilter", "Effort", "ForceBalance", "Gram", "Gravity", "HausmanTest",
     "InputCoefficients", "InputErrors", "InputSensitivities", "Lag", "Layout", "Levelled", "Linearised",
     "MarginalLikelihood", "Motion", "Noise", "Observations", "Place", "PosteriorMode", "Problem", "Range",
     "ResidualSet", "ScoreTest", "Slot", "StepLikelihood", "Steps", "Task", "Unknowns", "View", "Whitening",
     "antithetic_draws", "better_minima", "cleaned_inputs", "corrected", "downweighted", "downweights", "error_rms",
     "expanded", "first_size", "force_and_position_exchanged", "formulate", "formulate_planned", "gaussian_draws",
-    "half_weights", "in_blocks", "innovations", "input_errors", "instant_weights", "laplace_evidence", "level_of",
-    "log_probability", "mixture_quantile", "mode", "no_errors", "noise_of_residuals", "noise_of_steps",
-    "normal_equations", "parameter_slots", "periodogram", "products_of_spectra", "record_wise_start",
-    "refuse_contradictory", "same_noise", "samples_about", "sensitivities_of", "stated_numbers", "step_likelihood",
-    "trace_of", "unbroken", "unit_of", "whitening_of", "whittle", "with_best_input_errors",
-    "with_noise_before_rounding", "with_steps", "without_lines",
+    "in_blocks", "innovations", "input_errors", "instant_weights", "laplace_evidence", "level_of", "log_probability",
+    "mixture_quantile", "mode", "no_errors", "noise_of_residuals", "noise_of_steps", "normal_equations",
+    "parameter_slots", "record_wise_start", "refuse_contradictory", "same_noise", "samples_about", "sensitivities_of",
+    "stated_numbers", "step_likelihood", "trace_of", "unbroken", "unit_of", "whitening_of", "with_best_input_errors",
+    "with_noise_before_rounding", "with_steps",
 ]
 # fmt: on

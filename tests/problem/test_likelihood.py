@@ -9,8 +9,9 @@ import pytest
 import scipy.stats
 from scipy.linalg import toeplitz
 
+from fibrefit.core.spectra import MAINS
 from fibrefit.problem.noise.coloured import BLOCK, HALF_WIDTH_OF_LINE, LINES, Coloured, bank_of, coloured_of, in_blocks
-from fibrefit.problem.noise.spectrum import MAINS, Noise
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import Whitening
 from fibrefit.problem.statement.observations import Steps, Trace, stack, step_residuals
 from fibrefit.problem.statement.problem import Linearised

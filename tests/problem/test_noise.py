@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fibrefit.core.spectra import periodogram, whittle, without_lines
 from fibrefit.problem.inputs.errors_in_variables import amplitudes, half_periods
 from fibrefit.problem.noise.readings import at_rest, estimate_noise, noise_of
-from fibrefit.problem.noise.spectrum import Noise, periodogram, whittle, without_lines
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whittle import with_lines
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace

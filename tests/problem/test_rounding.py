@@ -11,9 +11,9 @@ import pytest
 from scipy.signal import butter, sosfilt
 from scipy.stats import norm
 
+from fibrefit.core.spectra import periodogram
 from fibrefit.problem.noise.readings import coarse_step, noise_in_motion
 from fibrefit.problem.noise.rounding import noise_of_rounding, steps_of, with_noise_before_rounding
-from fibrefit.problem.noise.spectrum import periodogram
 from fibrefit.problem.noise.whittle import noise_of_steps
 from fibrefit.problem.statement.layout import Layout, Range, Slot
 from fibrefit.problem.statement.observations import Steps, log_probability, stack, step_residuals

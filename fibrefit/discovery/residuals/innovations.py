@@ -19,6 +19,7 @@ from scipy.special import fdtr, fdtrc
 
 from fibrefit.core.declarations import Statement
 from fibrefit.core.matrices import equilibrated, pseudo_inverse, scale_of
+from fibrefit.core.spectra import periodogram, without_lines
 from fibrefit.discovery.engine.laplace_fit import LaplaceFit
 from fibrefit.discovery.engine.laplace_inference import LaplaceInference
 from fibrefit.discovery.engine.remaining import residuals_of
@@ -34,7 +35,7 @@ from fibrefit.discovery.engine.thresholds import (
 )
 from fibrefit.discovery.level_shifts import LevelShift, joint_probability, level_shifts
 from fibrefit.discovery.residuals.thresholds import FEWEST_TELLING
-from fibrefit.problem import DIFFERENCE_STEP, Noise, periodogram, unbroken, without_lines
+from fibrefit.problem import DIFFERENCE_STEP, Noise, unbroken
 from fibrefit.rigs.signals.rest import rests
 from fibrefit.rigs.signals.trace import Trace
 

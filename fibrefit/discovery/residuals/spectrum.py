@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fibrefit.core.spectra import MAINS
 from fibrefit.discovery.engine.thresholds import FEWEST_IN_BAND, NARROW, OUTSIDE, SHORTEST_SEGMENT
 from fibrefit.discovery.residuals.residuals import ChannelResidual
-from fibrefit.problem import BESIDE_MAINS, MAINS, Noise
+from fibrefit.problem import BESIDE_MAINS, Noise
 
 LONGEST_SEGMENT = 4096
 """Samples of a segment, at most."""

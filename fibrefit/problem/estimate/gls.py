@@ -19,8 +19,8 @@ from scipy.special import chdtrc
 
 from fibrefit.core.arrays import assembled, gathered
 from fibrefit.core.matrices import pseudo_inverse
+from fibrefit.core.spectra import half_weights, products_of_spectra
 from fibrefit.problem.inputs.sensitivities import InputSensitivities
-from fibrefit.problem.noise.spectrum import half_weights, products_of_spectra
 from fibrefit.problem.noise.whitening import Levelled, Whitening, innovations
 from fibrefit.problem.statement.layout import Layout, normal_equations
 from fibrefit.problem.statement.problem import Linearised

@@ -40,9 +40,10 @@ from scipy.ndimage import maximum_filter1d
 
 from fibrefit.core.limits import check_time
 from fibrefit.core.programs import kept_program
+from fibrefit.core.spectra import MAINS
 from fibrefit.core.threads import for_each
 from fibrefit.problem.inputs.smoothing import smoother
-from fibrefit.problem.noise.spectrum import MAINS, Noise
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.problem.thresholds import LINE_WIDTH

@@ -22,7 +22,8 @@ from math import comb
 
 import numpy as np
 
-from fibrefit.problem.noise.spectrum import MAINS, Noise, periodogram, whittle
+from fibrefit.core.spectra import MAINS, periodogram, whittle
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.thresholds import BESIDE_MAINS, COARSE_STEPS, CROSSED, FEW_MASKED, GROWS, LEVEL_READINGS
 from fibrefit.rigs.signals.rest import fast_part, resolution, rests, runs, white_noise
 from fibrefit.rigs.signals.trace import Trace

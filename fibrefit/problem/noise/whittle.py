@@ -30,9 +30,10 @@ import jax
 import numpy as np
 
 from fibrefit.core.programs import kept_program
+from fibrefit.core.spectra import whittle, without_lines
 from fibrefit.problem.noise.coloured import LINES, Bank, Coloured, bank_for, bank_of, coloured_of
 from fibrefit.problem.noise.readings import LOUDEST_LOADED
-from fibrefit.problem.noise.spectrum import Noise, whittle, without_lines
+from fibrefit.problem.noise.spectrum import Noise
 from fibrefit.problem.noise.whitening import unit_of
 from fibrefit.problem.statement.observations import Steps
 from fibrefit.problem.statement.problem import Problem
