@@ -17,11 +17,29 @@ from typing import Protocol, TypeGuard
 from fibrefit.core.declarations import Capability
 from fibrefit.core.errors import StudyError, as_one, did_you_mean
 from fibrefit.core.paths import read_plain_file
-from fibrefit.laws import changes, drive, fibre, guide, pulley, pushes, sensor, study
+from fibrefit.laws import changes, pushes, study
 from fibrefit.laws import functions_of_speed as speed
 from fibrefit.laws.contract import KINDS, refusals, unusable, violations
+from fibrefit.laws.drive.compliance import Compliance
+from fibrefit.laws.drive.play import Play
 from fibrefit.laws.families import MARK, called_with_place, family_of
+from fibrefit.laws.fibre import relaxation, series
+from fibrefit.laws.fibre.free_length_offset import FreeLengthOffset
+from fibrefit.laws.fibre.hysteresis import Hysteresis
+from fibrefit.laws.fibre.point_masses import PointMasses, point_masses
+from fibrefit.laws.fibre.toe_region import ToeRegion
+from fibrefit.laws.guide import drag, friction_level
+from fibrefit.laws.guide.loose_mass import LooseMass
+from fibrefit.laws.guide.presliding import Presliding
+from fibrefit.laws.guide.spring import Spring
 from fibrefit.laws.law import Effect
+from fibrefit.laws.pivot.quadratic_damping import QuadraticDamping
+from fibrefit.laws.pulley.capstan_friction import CapstanFriction
+from fibrefit.laws.pulley.eccentricity import Eccentricity
+from fibrefit.laws.pulley.rim import BearingFriction, PulleyInertia
+from fibrefit.laws.sensor import calibration, dynamics
+from fibrefit.laws.sensor.dial_gauge_force import DialGaugeForce
+from fibrefit.laws.sensor.position_ripple import PositionRipple
 
 ENTRY_POINTS = "fibrefit.effects"
 """Group under which an installed package offers effects of its own."""
@@ -57,16 +75,16 @@ class CatalogueEntry:
 _BY_A_FIBRE = frozenset({Capability.FIBRE})
 
 _ENTRIES: tuple[CatalogueEntry, ...] = (
-    CatalogueEntry(guide.ViscousFriction, alternative=_BY_A_FIBRE),
-    CatalogueEntry(guide.StribeckFriction, alternative=_BY_A_FIBRE),
-    CatalogueEntry(guide.LoadDependentFriction, alternative=_BY_A_FIBRE),
-    CatalogueEntry(guide.QuadraticDrag),
-    CatalogueEntry(guide.AsymmetricFriction),
-    CatalogueEntry(guide.AsymmetricViscousFriction),
-    CatalogueEntry(guide.Presliding),
-    CatalogueEntry(pulley.QuadraticDamping),
-    CatalogueEntry(guide.Spring, sought=None),
-    CatalogueEntry(guide.FrictionOverPosition, sought=frozenset({Capability.PUSH})),
+    CatalogueEntry(drag.ViscousFriction, alternative=_BY_A_FIBRE),
+    CatalogueEntry(friction_level.StribeckFriction, alternative=_BY_A_FIBRE),
+    CatalogueEntry(friction_level.LoadDependentFriction, alternative=_BY_A_FIBRE),
+    CatalogueEntry(drag.QuadraticDrag),
+    CatalogueEntry(friction_level.AsymmetricFriction),
+    CatalogueEntry(drag.AsymmetricViscousFriction),
+    CatalogueEntry(Presliding),
+    CatalogueEntry(QuadraticDamping),
+    CatalogueEntry(Spring, sought=None),
+    CatalogueEntry(friction_level.FrictionOverPosition, sought=frozenset({Capability.PUSH})),
     CatalogueEntry(pushes.PushDelay, alike=("push.force_lag", "push.hold")),
     CatalogueEntry(pushes.PushLag, sought=None),
     CatalogueEntry(pushes.PushHold, sought=None),
@@ -74,20 +92,20 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(speed.FrictionSpeedCurve, sought=None),
     CatalogueEntry(speed.FrictionPowerLaw, sought=None),
     CatalogueEntry(speed.FrictionSpeedExponent, sought=None),
-    CatalogueEntry(fibre.Hardening, alternative=_BY_A_FIBRE),
-    CatalogueEntry(fibre.ToeRegion),
-    CatalogueEntry(fibre.MaxwellBranch, alternative=_BY_A_FIBRE),
-    CatalogueEntry(fibre.RateDependentDamping, alternative=_BY_A_FIBRE),
-    CatalogueEntry(fibre.RateDependentStiffness),
+    CatalogueEntry(series.Hardening, alternative=_BY_A_FIBRE),
+    CatalogueEntry(ToeRegion),
+    CatalogueEntry(relaxation.MaxwellBranch, alternative=_BY_A_FIBRE),
+    CatalogueEntry(series.RateDependentDamping, alternative=_BY_A_FIBRE),
+    CatalogueEntry(series.RateDependentStiffness),
     CatalogueEntry(speed.StiffnessSpeedCurve, sought=None),
     CatalogueEntry(speed.StiffnessPowerLaw, sought=None),
     CatalogueEntry(speed.StiffnessSpeedExponent, sought=None),
     CatalogueEntry(speed.DampingSpeedCurve, sought=None),
     CatalogueEntry(speed.DampingPowerLaw, sought=None),
     CatalogueEntry(speed.DampingSpeedExponent, sought=None),
-    CatalogueEntry(fibre.Hysteresis, alternative=_BY_A_FIBRE),
-    CatalogueEntry(fibre.FreeLengthOffset, alike=("study.lift",)),
-    CatalogueEntry(fibre.Creep),
+    CatalogueEntry(Hysteresis, alternative=_BY_A_FIBRE),
+    CatalogueEntry(FreeLengthOffset, alike=("study.lift",)),
+    CatalogueEntry(relaxation.Creep),
     CatalogueEntry(changes.StiffnessDrift),
     CatalogueEntry(changes.StiffnessTrend),
     CatalogueEntry(changes.StiffnessWear),
@@ -103,25 +121,25 @@ _ENTRIES: tuple[CatalogueEntry, ...] = (
     CatalogueEntry(changes.FrictionWear),
     CatalogueEntry(changes.FrictionChange),
     CatalogueEntry(changes.FrictionStep, costly=True),
-    CatalogueEntry(guide.LooseMass, costly=True),
-    CatalogueEntry(fibre.PointMasses, sought=frozenset({Capability.FALL}), costly=True),
-    CatalogueEntry(pulley.PulleyInertia, alike=("fibre.mass",)),
-    CatalogueEntry(pulley.BearingFriction),
-    CatalogueEntry(pulley.CapstanFriction),
-    CatalogueEntry(pulley.Eccentricity),
-    CatalogueEntry(drive.Compliance),
-    CatalogueEntry(drive.Play),
-    CatalogueEntry(sensor.ForceGain, alternative=_BY_A_FIBRE),
-    CatalogueEntry(sensor.ForceOffset),
-    CatalogueEntry(sensor.ForceDrift),
-    CatalogueEntry(sensor.ForceDelay, alternative=_BY_A_FIBRE),
-    CatalogueEntry(sensor.ForceLag),
-    CatalogueEntry(sensor.GaugeResonance),
-    CatalogueEntry(sensor.PositionGain, sought=frozenset({Capability.FIBRE}), alternative=_BY_A_FIBRE),
-    CatalogueEntry(sensor.DialGaugeForce),
-    CatalogueEntry(sensor.GaugeNonlinearity),
-    CatalogueEntry(sensor.AccelerationCrosstalk),
-    CatalogueEntry(sensor.PositionRipple, sought=frozenset({Capability.FIBRE}), costly=True),
+    CatalogueEntry(LooseMass, costly=True),
+    CatalogueEntry(PointMasses, sought=frozenset({Capability.FALL}), costly=True),
+    CatalogueEntry(PulleyInertia, alike=("fibre.mass",)),
+    CatalogueEntry(BearingFriction),
+    CatalogueEntry(CapstanFriction),
+    CatalogueEntry(Eccentricity),
+    CatalogueEntry(Compliance),
+    CatalogueEntry(Play),
+    CatalogueEntry(calibration.ForceGain, alternative=_BY_A_FIBRE),
+    CatalogueEntry(calibration.ForceOffset),
+    CatalogueEntry(calibration.ForceDrift),
+    CatalogueEntry(dynamics.ForceDelay, alternative=_BY_A_FIBRE),
+    CatalogueEntry(dynamics.ForceLag),
+    CatalogueEntry(dynamics.GaugeResonance),
+    CatalogueEntry(calibration.PositionGain, sought=frozenset({Capability.FIBRE}), alternative=_BY_A_FIBRE),
+    CatalogueEntry(DialGaugeForce),
+    CatalogueEntry(calibration.GaugeNonlinearity),
+    CatalogueEntry(calibration.AccelerationCrosstalk),
+    CatalogueEntry(PositionRipple, sought=frozenset({Capability.FIBRE}), costly=True),
     CatalogueEntry(study.InclinationError, sought=None),
     CatalogueEntry(study.WeightMass, alternative=_BY_A_FIBRE),
     CatalogueEntry(study.AddedMass),
@@ -343,9 +361,7 @@ def select_effects(
             refused.append(error)
     if refused:
         raise as_one(refused, "effects")
-    effects = tuple(
-        fibre.point_masses(points) if points is not None and one is fibre.PointMasses else one for one in found
-    )
+    effects = tuple(point_masses(points) if points is not None and one is PointMasses else one for one in found)
     known = [effect.name for effect in effects]
     for effect in effects:
         where = f'effect "{effect.name}"'

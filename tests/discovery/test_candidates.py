@@ -9,7 +9,7 @@ import pytest
 from fibrefit.core.errors import FibrefitError, StudyError, UsageError
 from fibrefit.laws.catalogue import CATALOGUE, is_sought, select_effects, suits
 from fibrefit.laws.families import members
-from fibrefit.laws.fibre import point_masses
+from fibrefit.laws.fibre.point_masses import point_masses
 from fibrefit.rigs.catalogue import RIGS
 from fibrefit.study import Study, load_study
 from fibrefit.workflow.discovery.candidates import candidates_of

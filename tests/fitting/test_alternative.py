@@ -12,8 +12,10 @@ from fibrefit.fitting.identify import identify
 from fibrefit.fitting.misstatements import Alternative
 from fibrefit.fitting.result import Identification
 from fibrefit.laws.catalogue import CATALOGUE, is_alternative
-from fibrefit.laws.fibre import Hardening, MaxwellBranch, ToeRegion
-from fibrefit.laws.guide import StribeckFriction
+from fibrefit.laws.fibre.relaxation import MaxwellBranch
+from fibrefit.laws.fibre.series import Hardening
+from fibrefit.laws.fibre.toe_region import ToeRegion
+from fibrefit.laws.guide.friction_level import StribeckFriction
 from fibrefit.laws.law import Effect, SensorLaw, StudyLaw
 from fibrefit.report.sentences.fit import fit_sentence
 from fibrefit.report.sentences.otherwise import CHECKED_BY, STATED_OTHERWISE

@@ -10,7 +10,7 @@ import pytest
 from fibrefit.fitting.checks import check as judge
 from fibrefit.fitting.misstatements import SlackZero, slack_zeros
 from fibrefit.fitting.result import Advice, Found
-from fibrefit.laws.sensor import ForceOffset
+from fibrefit.laws.sensor.calibration import ForceOffset
 from fibrefit.report.sentences.fit import advice_sentence, fit_sentence
 from fibrefit.study import load_study
 from fibrefit.workflow.prepare import task_of

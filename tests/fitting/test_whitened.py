@@ -17,7 +17,7 @@ from fibrefit.fitting.gls import cost_with_one_held, error_of_objective
 from fibrefit.fitting.identify import identify
 from fibrefit.fitting.result import Identification, total
 from fibrefit.fitting.search.optimum import Ended
-from fibrefit.laws.guide import ViscousFriction
+from fibrefit.laws.guide.drag import ViscousFriction
 from fibrefit.problem.noise.whitening import innovations
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.fit import estimator_sentence

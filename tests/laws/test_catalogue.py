@@ -143,7 +143,7 @@ def test_selection_keeps_the_order() -> None:
 
 
 def test_an_installed_package_offers_effects(monkeypatch: pytest.MonkeyPatch) -> None:
-    target = "fibrefit.laws.guide:ViscousFriction"
+    target = "fibrefit.laws.guide.drag:ViscousFriction"
     point = EntryPoint("other.friction", target, catalogue.ENTRY_POINTS)
     monkeypatch.setattr(catalogue, "entry_points", lambda group: [point] if group == catalogue.ENTRY_POINTS else [])
     assert find_effect("other.friction") is CATALOGUE["guide.viscous_friction"]

@@ -22,7 +22,7 @@ from fibrefit.core.errors import StudyError
 from fibrefit.core.programs import fingerprint
 from fibrefit.laws.catalogue import CATALOGUE, find_effect, select_effects, suits
 from fibrefit.laws.families import members
-from fibrefit.laws.fibre import point_masses
+from fibrefit.laws.fibre.point_masses import point_masses
 from fibrefit.laws.law import (
     DriveLaw,
     Effect,

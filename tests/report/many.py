@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fibrefit.laws.guide import ViscousFriction
+from fibrefit.laws.guide.drag import ViscousFriction
 from tests.fitting import made
 
 NUMBER = 200

@@ -8,7 +8,7 @@ import pytest
 
 from fibrefit.core.errors import StudyError
 from fibrefit.laws.catalogue import CATALOGUE, select_effects
-from fibrefit.laws.fibre import point_masses
+from fibrefit.laws.fibre.point_masses import point_masses
 from fibrefit.rigs.catalogue import RIGS
 from tests.simulation.drops import STEP, deviation, drive, drop, pendulum, respond
 from tests.validation.reference import FORCE, POSITION, index, names, table

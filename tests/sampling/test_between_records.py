@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fibrefit.laws.guide import QuadraticDrag, ViscousFriction
+from fibrefit.laws.guide.drag import QuadraticDrag, ViscousFriction
 from fibrefit.problem.estimate.evidence import EXTENSION, SIGMA_LEVELS
 from fibrefit.problem.linear_model.unknowns import FLAT
 from fibrefit.problem.noise.rounding import steps_of

@@ -15,7 +15,7 @@ from scipy import stats
 
 from fibrefit.core.errors import UsageError
 from fibrefit.fitting.identify import identify
-from fibrefit.laws.guide import ViscousFriction
+from fibrefit.laws.guide.drag import ViscousFriction
 from fibrefit.problem.statement.problem import Problem
 from fibrefit.problem.task import Task
 from fibrefit.report.sentences.posterior import likelihood_sentence, posterior_sentence, prior_words

@@ -11,7 +11,7 @@ import pytest
 from scipy.linalg import expm
 
 from fibrefit.laws.catalogue import CATALOGUE
-from fibrefit.laws.drive import Play
+from fibrefit.laws.drive.play import Play
 from fibrefit.rigs.parts.guide import Guide, Sliding
 from tests.simulation.drops import CONDITIONS, STEP, TRAPEZOID, drive, drop, pendulum, respond
 

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fibrefit.core.errors import DataError
-from fibrefit.laws.fibre import PointMasses
+from fibrefit.laws.fibre.point_masses import PointMasses
 from fibrefit.laws.law import FibreLaw, Memory, laws_of
 
 Memories = tuple[Memory, ...]

@@ -9,7 +9,7 @@ from importlib.metadata import entry_points
 from fibrefit.core.errors import StudyError, UsageError, did_you_mean
 from fibrefit.laws.catalogue import CATALOGUE, ENTRY_POINTS, find_effect, is_sought, suits, unsuited
 from fibrefit.laws.families import MARK, members
-from fibrefit.laws.fibre import PointMasses, point_masses
+from fibrefit.laws.fibre.point_masses import PointMasses, point_masses
 from fibrefit.laws.law import Effect
 from fibrefit.rigs.catalogue import rig_of
 from fibrefit.study import Study

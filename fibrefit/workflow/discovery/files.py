@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from fibrefit.discovery.model.finding import Finding
-from fibrefit.laws.fibre import PointMasses
+from fibrefit.laws.fibre.point_masses import PointMasses
 from fibrefit.records import Record
 from fibrefit.report.sentences.discovery import (
     UNDONE,

@@ -1,0 +1,1 @@
+"""Laws of the pivot of a pendulum, one file each."""
