@@ -109,12 +109,16 @@ def sha256_of(path: Path) -> str:
     DataError
         If it cannot be read.
     """
+    found = hashlib.sha256()
     try:
         with open(path, "rb", opener=_at_once) as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+            # Not by `hashlib.file_digest`: it asks a file that has nothing to say for ever.
+            while part := file.read(1 << 20):
+                found.update(part)
     except OSError as refused:
         do = "Look at its permissions, and whether its disk is there."
         raise DataError(shown_path(path), refused.strerror or "cannot be read", "a file that can be read", do) from None
+    return found.hexdigest()
 
 
 def path_from(folder: Path, file: Path) -> str:

@@ -286,6 +286,7 @@ def test_minima_of_a_first_fit_are_held_against_the_one_that_is_reported(
     monkeypatch.setattr(setup, "undecided", lambda *of: True)
     monkeypatch.setattr(setup, "_local", lambda *of: None)
     monkeypatch.setattr(setup, "starts_agree", agree)
+    monkeypatch.setattr(setup, "check", lambda identifier, found: found)
     inference = SimpleNamespace(fitted=lambda *of: other)
     search: Any = SimpleNamespace(
         inference=inference, base=SimpleNamespace(supermodel=None), task=None, tell=lambda *of: None

@@ -36,6 +36,7 @@ from tests.discovery.left import noise_alone, with_gap
 from tests.discovery.placed import PLACES
 from tests.discovery.test_events import SAMPLE
 from tests.discovery.test_innovations import pink, resting
+from tests.problem.toys import BareMode
 
 VISCOUS = find_effect("guide.viscous_friction")
 CANDIDATES = tuple(starmap(Chance, ((1, 2.0), (1, 3.5), (2, 4.0), (3, 6.0), (1, 2.5))))
@@ -185,7 +186,7 @@ ALIKE_RECORDS: dict[str, Any] = {"place": SimpleNamespace(eta=np.zeros((1, 0))),
 
 def of_records(log: float, *costs: float) -> Any:
     """A hypothesis by its evidence and the sum of squares that it leaves of each record."""
-    mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array(costs)), **ALIKE_RECORDS)
+    mode: Any = BareMode(normal=SimpleNamespace(costs=np.array(costs)), **ALIKE_RECORDS)
     return LaplaceFit((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode, log=log))
 
 
@@ -203,7 +204,7 @@ def test_a_record_that_deviates_less_has_lost_nothing() -> None:
 
     def deviating(eta: float, *costs: float) -> Any:
         found = {"place": SimpleNamespace(eta=np.array([[eta], [0.0]])), "sigma": np.array([0.01])}
-        mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array(costs)), **found)
+        mode: Any = BareMode(normal=SimpleNamespace(costs=np.array(costs)), **found)
         return LaplaceFit((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode))
 
     parent, one = deviating(0.03, 100.0, 100.0), deviating(0.0, 117.0, 80.0)
@@ -216,7 +217,7 @@ def test_a_record_of_others_that_differ_less_has_lost_nothing() -> None:
 
     def deviating(sigma: float) -> Any:
         found = {"place": SimpleNamespace(eta=np.array([[0.015], [0.0]])), "sigma": np.array([sigma])}
-        mode: Any = SimpleNamespace(normal=SimpleNamespace(costs=np.array([100.0, 100.0])), **found)
+        mode: Any = BareMode(normal=SimpleNamespace(costs=np.array([100.0, 100.0])), **found)
         return LaplaceFit((effect(1),), cast(Any, None), replace(EVIDENCE, mode=mode))
 
     assert deviating(0.004).largest_loss_to(deviating(0.016)) == 0.0
@@ -231,7 +232,7 @@ def test_what_an_overdispersion_takes_is_no_price(overdispersion: float) -> None
         LaplaceFit(
             effects,
             cast(Any, None),
-            replace(EVIDENCE, log=log, mode=cast(Any, SimpleNamespace(objective=objective, **found))),
+            replace(EVIDENCE, log=log, mode=cast(Any, BareMode(objective=objective, **found))),
         )
         for effects, log, objective in (((), -100.0, 180.0), ((VISCOUS,), -80.0, 132.0))
     )

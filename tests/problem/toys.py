@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 
+from fibrefit.problem.linear_model.normal_equations import PosteriorMode
 from fibrefit.problem.linear_model.unknowns import Gram, Place, Unknowns
 
 SIZE = 40
@@ -14,6 +16,12 @@ SIZE = 40
 NAMES = ("stiffness", "damping", "strength", "zero", "start")
 REFERENCE, SCALE = np.array([20.0, 3.0, 1.0]), np.array([1.0, 1.0, 3.0])
 OWN_SIZE = np.array([2.0, 0.5])
+
+
+class BareMode(SimpleNamespace):
+    """What a test says of a mode; what each record leaves follows from it as from any."""
+
+    record_costs = PosteriorMode.record_costs
 
 
 def unknowns(scattering: tuple[int, ...] = (0,), records: int = 4) -> Unknowns:

@@ -19,7 +19,7 @@ from fibrefit.problem.linear_model.unknowns import Unknowns
 from fibrefit.series import speed_models as models
 from fibrefit.series.meta_analysis import population
 from fibrefit.series.speed_models import own_evidence, own_values_about, with_counted_gain
-from tests.problem.toys import REFERENCE, SIZE, Linear, begun, unknowns
+from tests.problem.toys import REFERENCE, SIZE, BareMode, Linear, begun, unknowns
 
 EXACT = 1e-4
 """Nats: differences are good to six digits of a sum of squares of a few hundred."""
@@ -135,7 +135,7 @@ def test_what_the_records_alone_tell_has_no_common_error() -> None:
 
 def fitted(effects: tuple, log: float, *costs: float) -> LaplaceFit:
     """A model by its evidence and the sum of squares that it leaves of each record; nothing is paid for parameters."""
-    at = SimpleNamespace(
+    at = BareMode(
         normal=SimpleNamespace(costs=np.array(costs)),
         place=SimpleNamespace(eta=np.zeros((len(costs), 0))),
         sigma=np.zeros(0),
