@@ -100,7 +100,8 @@ def computed(case: Case, tree: Path, seed: int) -> dict[str, Any]:
         ended = subprocess.run(call, capture_output=True, text=True, check=False, cwd=tree, env=found)
         if ended.returncode not in ENDED:
             return {"exit": ended.returncode, "says": ended.stderr}
-        return {"summary": json.loads(ended.stdout), "arrays": arrays(Path(folder) / "result" / "result.h5")}
+        said = ended.stdout.replace(folder, "")  # where it was computed is no result
+        return {"summary": json.loads(said), "arrays": arrays(Path(folder) / "result" / "result.h5")}
 
 
 def arrays(file: Path) -> dict[str, str]:
